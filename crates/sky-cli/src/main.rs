@@ -1,0 +1,2 @@
+//! The `utm-sky` command.
+fn main() {}

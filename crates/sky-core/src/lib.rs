@@ -1,0 +1,9 @@
+//! Vocabulary, color, the sky formula and the look-up table of the UTM sky model.
+//!
+//! Purpose: what a flight simulator links, and what every other crate speaks. Pure functions: no
+//! files, no threads, no clock. Out of scope: radiative transfer (`sky-sim`), fitting (`sky-fit`),
+//! pixels (`sky-gpu`).
+
+pub mod direction;
+pub mod quantity;
+pub mod sky_model;

@@ -1,0 +1,1 @@
+//! From a sky to Perez coefficients and a look-up table.
