@@ -1,2 +1,7 @@
 //! The `utm-sky` command.
-fn main() {}
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    sky_cli::run(std::env::args_os())
+}

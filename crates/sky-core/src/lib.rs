@@ -4,6 +4,12 @@
 //! files, no threads, no clock. Out of scope: radiative transfer (`sky-sim`), fitting (`sky-fit`),
 //! pixels (`sky-gpu`).
 
+pub mod color;
+pub mod air_mass;
 pub mod direction;
+pub mod metrics;
+pub mod haze;
+pub mod perez;
 pub mod quantity;
 pub mod sky_model;
+pub mod spectrum;

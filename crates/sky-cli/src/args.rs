@@ -1,0 +1,568 @@
+//! The command line: every command, option, unit and range, with an example each.
+
+use std::path::PathBuf;
+
+use clap::builder::{NonEmptyStringValueParser, TypedValueParser};
+use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
+
+/// Spectral sky radiance, fitted sky formulas and look-up tables for flight simulators.
+#[derive(Debug, Parser)]
+#[command(
+    name = "utm-sky",
+    version,
+    max_term_width = 100,
+    after_help = "Examples:
+  utm-sky generate
+  utm-sky map --altitude-km 6 --turbidity 2 --sun-zenith-deg 60 --yxy --out sky.csv
+
+Exit status: 0 on success, 2 on bad input or when a file cannot be written."
+)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Print the atmosphere: the vertical profile that everything else starts from
+    Profile(ProfileArgs),
+    /// Write extinction per level and wavelength
+    Optics(OpticsArgs),
+    /// Write the sky's spectral radiance or Yxy by direction, computed from the atmosphere
+    Map(MapArgs),
+    /// Write the direct normal spectrum of the sun
+    Beam(BeamArgs),
+    /// Write the sky's Yxy by direction, as the look-up table gives it
+    Sky(SkyArgs),
+    /// Compute maps on a grid, fit them, and write the look-up table and the report
+    Generate(GenerateArgs),
+    /// Write the report on a look-up table as one HTML page
+    Report(ReportArgs),
+    /// Inspect or export a look-up table
+    Lut(LutArgs),
+}
+
+/// Help of `--directions`.
+const DIRECTIONS_HELP: &str = "Directions: CSV with view_zenith_deg,relative_azimuth_deg \
+                               (0 faces the sun); without it the zenith and nine rings of 30";
+
+/// A number within bounds, both allowed. NaN and infinities are refused.
+fn within(low: f64, high: f64) -> impl TypedValueParser<Value = f64> {
+    NonEmptyStringValueParser::new().try_map(move |text| match text.parse::<f64>() {
+        Ok(value) if (low..=high).contains(&value) => Ok(value),
+        _ if high.is_infinite() => Err(format!("expected a number of at least {low}")),
+        _ => Err(format!("expected a number from {low} to {high}")),
+    })
+}
+
+/// A finite number above 0.
+fn positive() -> impl TypedValueParser<Value = f64> {
+    NonEmptyStringValueParser::new().try_map(|text| match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+        _ => Err("expected a number above 0"),
+    })
+}
+
+/// A finite number of at least `low`.
+fn at_least(low: f64) -> impl TypedValueParser<Value = f64> {
+    NonEmptyStringValueParser::new().try_map(move |text| match text.parse::<f64>() {
+        Ok(value) if value >= low && value.is_finite() => Ok(value),
+        _ => Err(format!("expected a number of at least {low}")),
+    })
+}
+
+/// One of the wavelength steps \[nm\] that divide 380–780 nm and that the tables serve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum WavelengthStep {
+    /// 1 nm, 401 wavelengths.
+    #[value(name = "1")]
+    Nm1,
+    /// 5 nm, 81 wavelengths.
+    #[value(name = "5")]
+    Nm5,
+    /// 10 nm, 41 wavelengths.
+    #[value(name = "10")]
+    Nm10,
+    /// 20 nm, 21 wavelengths.
+    #[value(name = "20")]
+    Nm20,
+}
+
+impl WavelengthStep {
+    /// The step \[nm\].
+    #[must_use]
+    pub fn nm(self) -> u16 {
+        match self {
+            Self::Nm1 => 1,
+            Self::Nm5 => 5,
+            Self::Nm10 => 10,
+            Self::Nm20 => 20,
+        }
+    }
+}
+
+/// How the sky's radiance is computed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Engine {
+    /// Spherical shells, multiple scattering
+    #[default]
+    Transport,
+    /// Closed-form transmittances, single-scattering pattern
+    Smarts,
+}
+
+/// The haze, in one of four ways. Commands decide whether one of them is needed.
+#[derive(Clone, Copy, Debug, Args)]
+#[group(skip)]
+pub struct HazeArgs {
+    /// Turbidity T = 1 + (aerosol optical depth at 500 nm) / 0.14344, at least 1 (clean air)
+    #[arg(long, value_name = "T", value_parser = at_least(1.0), allow_negative_numbers = true,
+          help_heading = "Haze (one of)")]
+    pub turbidity: Option<f64>,
+    /// Vertical aerosol optical depth at 500 nm
+    #[arg(long, value_name = "X", value_parser = at_least(0.0), allow_negative_numbers = true,
+          help_heading = "Haze (one of)")]
+    pub aod500: Option<f64>,
+    /// Visual range at the ground, 2 % contrast at 550 nm (Koschmieder) [km]
+    #[arg(long, value_name = "KM", value_parser = positive(), allow_negative_numbers = true,
+          help_heading = "Haze (one of)")]
+    pub visual_range_km: Option<f64>,
+    /// Angstrom's beta, the aerosol optical depth at 1 µm
+    #[arg(long, value_name = "BETA", value_parser = at_least(0.0), allow_negative_numbers = true,
+          help_heading = "Haze (one of)")]
+    pub angstrom_beta: Option<f64>,
+}
+
+/// The air: profile, constituents, properties of the haze.
+#[derive(Clone, Debug, Args)]
+#[group(skip)]
+pub struct AtmosphereArgs {
+    /// Profile of the atmosphere: a CSV file or the name of a shipped one
+    #[arg(
+        long,
+        value_name = "CSV|NAME",
+        default_value = "general",
+        help_heading = "Atmosphere"
+    )]
+    pub profile: PathBuf,
+    /// Constituents that take part, separated by commas; without it the reference atmosphere,
+    /// rayleigh,ozone,aerosol,stratosphere (beam: all)
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        help_heading = "Atmosphere"
+    )]
+    pub constituents: Option<Vec<Constituent>>,
+    /// Distance of the wavelengths, 380-780 nm [nm]; without it 10 (beam: 1)
+    #[arg(long, value_name = "NM", help_heading = "Atmosphere")]
+    pub wavelength_step_nm: Option<WavelengthStep>,
+    /// Angstrom exponent of the haze; without it the spectrum is that of rural aerosol (with
+    /// --angstrom-beta: 1.3)
+    #[arg(long, value_name = "ALPHA", value_parser = within(-1.0, 4.0),
+          allow_negative_numbers = true, help_heading = "Atmosphere")]
+    pub angstrom_alpha: Option<f64>,
+    /// Single-scattering albedo of the haze at all wavelengths; without it that of rural aerosol
+    #[arg(long, value_name = "W", value_parser = within(0.0, 1.0), allow_negative_numbers = true,
+          help_heading = "Atmosphere")]
+    pub single_scattering_albedo: Option<f64>,
+    /// Asymmetry parameter of the haze (Henyey-Greenstein); without it that of rural aerosol
+    #[arg(long, value_name = "G", value_parser = within(-0.99, 0.99),
+          allow_negative_numbers = true, help_heading = "Atmosphere")]
+    pub asymmetry: Option<f64>,
+    /// Scale height of the haze [km]
+    #[arg(long, value_name = "KM", value_parser = within(0.1, 20.0), default_value = "1.2",
+          allow_negative_numbers = true, help_heading = "Atmosphere")]
+    pub scale_height_km: f64,
+}
+
+/// What can be switched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Constituent {
+    /// Scattering by the molecules
+    Rayleigh,
+    /// Ozone
+    Ozone,
+    /// Nitrogen dioxide
+    No2,
+    /// Pairs of oxygen molecules
+    #[value(name = "o2o2")]
+    OxygenPairs,
+    /// Oxygen bands
+    #[value(name = "o2")]
+    Oxygen,
+    /// Water vapor bands
+    #[value(name = "h2o")]
+    Water,
+    /// The haze
+    Aerosol,
+    /// The faint stratospheric layer
+    Stratosphere,
+    /// All of them
+    All,
+}
+
+/// Where the observer and the sun are.
+#[derive(Clone, Copy, Debug, Args)]
+#[group(skip)]
+pub struct PlaceArgs {
+    /// Altitude of the observer above mean sea level, 0-30 [km]
+    #[arg(long, value_name = "KM", value_parser = within(0.0, 30.0), allow_negative_numbers = true)]
+    pub altitude_km: f64,
+    /// Zenith angle of the sun, 0-96 [deg]
+    #[arg(long, value_name = "DEG", value_parser = within(0.0, 96.0), allow_negative_numbers = true)]
+    pub sun_zenith_deg: f64,
+}
+
+/// `utm-sky profile`.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  utm-sky profile
+  utm-sky profile --profile utm2005 --out profile.csv")]
+pub struct ProfileArgs {
+    /// Profile of the atmosphere: a CSV file or the name of a shipped one
+    #[arg(long, value_name = "CSV|NAME", default_value = "general")]
+    pub profile: PathBuf,
+    /// Also write the table as CSV
+    #[arg(long, value_name = "CSV")]
+    pub out: Option<PathBuf>,
+}
+
+/// `utm-sky optics`.
+#[derive(Debug, Args)]
+#[command(
+    group(ArgGroup::new("haze").required(true)
+        .args(["turbidity", "aod500", "visual_range_km", "angstrom_beta"])),
+    after_help = "Example:
+  utm-sky optics --aod500 0.2 --out optics.csv --solar solar.csv"
+)]
+pub struct OpticsArgs {
+    /// Extinction by level and wavelength
+    #[arg(long, value_name = "CSV")]
+    pub out: PathBuf,
+    /// Extraterrestrial solar spectrum at the same wavelengths, the mean over one step each
+    #[arg(long, value_name = "CSV")]
+    pub solar: Option<PathBuf>,
+    /// The haze.
+    #[command(flatten)]
+    pub haze: HazeArgs,
+    /// The air.
+    #[command(flatten)]
+    pub atmosphere: AtmosphereArgs,
+}
+
+/// `utm-sky map`.
+#[derive(Debug, Args)]
+#[command(
+    group(ArgGroup::new("air").required(true)
+        .args(["turbidity", "aod500", "visual_range_km", "angstrom_beta", "optics"])),
+    after_help = "Examples:
+  utm-sky map --altitude-km 6 --turbidity 2 --sun-zenith-deg 60 --out map.csv
+  utm-sky map --altitude-km 0 --aod500 0.1 --sun-zenith-deg 85 --engine smarts --yxy --out sky.csv
+  utm-sky map --altitude-km 9 --optics optics.csv --solar solar.csv --depolarization 0 \\
+      --sun-zenith-deg 92 --albedo 0.1 --out map.csv"
+)]
+pub struct MapArgs {
+    /// Observer and sun.
+    #[command(flatten)]
+    pub place: PlaceArgs,
+    /// Albedo of the ground (Lambertian)
+    #[arg(long, value_name = "A", value_parser = within(0.0, 1.0), default_value = "0.2",
+          allow_negative_numbers = true)]
+    pub albedo: f64,
+    /// How the radiance is computed
+    #[arg(long, default_value = "transport")]
+    pub engine: Engine,
+    /// Directions of view, azimuth 0 facing the sun; without it the zenith and nine rings of 30
+    #[arg(long, value_name = "CSV", help = DIRECTIONS_HELP)]
+    pub directions: Option<PathBuf>,
+    /// Write luminance and chromaticity instead of spectral radiance
+    #[arg(long)]
+    pub yxy: bool,
+    /// The map; spectral radiance belongs to the solar spectrum that `utm-sky optics --solar` writes
+    #[arg(long, value_name = "CSV")]
+    pub out: PathBuf,
+    /// Optics made elsewhere, in the format of `utm-sky optics`, instead of a profile and haze
+    #[arg(long, value_name = "CSV", requires = "solar", help_heading = "Optics made elsewhere",
+          conflicts_with_all = ["profile", "constituents", "wavelength_step_nm", "angstrom_alpha",
+                                "single_scattering_albedo", "asymmetry", "scale_height_km"])]
+    pub optics: Option<PathBuf>,
+    /// Extraterrestrial solar spectrum that covers the wavelengths of --optics
+    #[arg(long, value_name = "CSV", help_heading = "Optics made elsewhere")]
+    pub solar: Option<PathBuf>,
+    /// Depolarization of the Rayleigh phase function; without it that of air, 0.0283
+    #[arg(long, value_name = "D", value_parser = within(0.0, 0.5), allow_negative_numbers = true,
+          help_heading = "Optics made elsewhere")]
+    pub depolarization: Option<f64>,
+    /// The haze.
+    #[command(flatten)]
+    pub haze: HazeArgs,
+    /// The air.
+    #[command(flatten)]
+    pub atmosphere: AtmosphereArgs,
+}
+
+/// `utm-sky beam`.
+#[derive(Debug, Args)]
+#[command(
+    group(ArgGroup::new("haze").required(true)
+        .args(["turbidity", "aod500", "visual_range_km", "angstrom_beta"])),
+    after_help = "Example:
+  utm-sky beam --altitude-km 0 --aod500 0.084 --sun-zenith-deg 48.2 --out beam.csv"
+)]
+pub struct BeamArgs {
+    /// Observer and sun.
+    #[command(flatten)]
+    pub place: PlaceArgs,
+    /// The spectrum
+    #[arg(long, value_name = "CSV")]
+    pub out: PathBuf,
+    /// Ozone above the observer instead of the profile's [atm cm]
+    #[arg(long, value_name = "ATM_CM", value_parser = within(0.0, 2.0),
+          allow_negative_numbers = true, help_heading = "Columns")]
+    pub ozone_atm_cm: Option<f64>,
+    /// Precipitable water above the observer instead of the profile's [cm]
+    #[arg(long, value_name = "CM", value_parser = within(0.0, 20.0),
+          allow_negative_numbers = true, help_heading = "Columns")]
+    pub water_cm: Option<f64>,
+    /// Pressure at the observer instead of the profile's [hPa]
+    #[arg(long, value_name = "HPA", value_parser = within(1.0, 1200.0),
+          allow_negative_numbers = true, help_heading = "Columns")]
+    pub pressure_hpa: Option<f64>,
+    /// The haze.
+    #[command(flatten)]
+    pub haze: HazeArgs,
+    /// The air.
+    #[command(flatten)]
+    pub atmosphere: AtmosphereArgs,
+}
+
+/// Where a look-up table comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum LutSource {
+    /// The one that is built into the program.
+    Embedded,
+    /// A `.utmlut` file.
+    File(PathBuf),
+}
+
+fn lut_source(text: &str) -> Result<LutSource, std::convert::Infallible> {
+    Ok(match text {
+        "embedded" => LutSource::Embedded,
+        path => LutSource::File(path.into()),
+    })
+}
+
+/// `utm-sky sky`.
+#[derive(Debug, Args)]
+#[command(
+    group(ArgGroup::new("haze").required(true)
+        .args(["turbidity", "aod500", "visual_range_km", "angstrom_beta"])),
+    after_help = "Example:
+  utm-sky sky --lut embedded --altitude-km 6 --turbidity 2 --sun-zenith-deg 60 \\
+      --directions directions.csv --out yxy.csv"
+)]
+pub struct SkyArgs {
+    /// Look-up table: a .utmlut file or the built-in one
+    #[arg(long, value_name = "FILE|embedded", default_value = "embedded", value_parser = lut_source)]
+    pub lut: LutSource,
+    /// Observer and sun.
+    #[command(flatten)]
+    pub place: PlaceArgs,
+    /// The haze.
+    #[command(flatten)]
+    pub haze: HazeArgs,
+    /// Angstrom exponent that belongs to --angstrom-beta; without it 1.3
+    #[arg(long, value_name = "ALPHA", value_parser = within(-1.0, 4.0), requires = "angstrom_beta",
+          allow_negative_numbers = true, help_heading = "Haze (one of)")]
+    pub angstrom_alpha: Option<f64>,
+    /// Directions of view, azimuth 0 facing the sun; without it the zenith and nine rings of 30
+    #[arg(long, value_name = "CSV", help = DIRECTIONS_HELP)]
+    pub directions: Option<PathBuf>,
+    /// Luminance and chromaticity by direction
+    #[arg(long, value_name = "CSV")]
+    pub out: PathBuf,
+}
+
+/// Which altitudes, turbidities and suns a table has.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum GridChoice {
+    /// The report's 75 maps.
+    Seed,
+    /// The grid that meets the project's accuracy.
+    Default,
+    /// Axes from a TOML file.
+    File(PathBuf),
+}
+
+fn grid_choice(text: &str) -> Result<GridChoice, &'static str> {
+    match text {
+        "seed" => Ok(GridChoice::Seed),
+        "default" => Ok(GridChoice::Default),
+        path if path.ends_with(".toml") => Ok(GridChoice::File(path.into())),
+        _ => Err("expected seed, default or the path of a .toml file"),
+    }
+}
+
+/// `utm-sky generate`.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  utm-sky generate
+  utm-sky generate --grid seed --engine smarts --out my-sky")]
+pub struct GenerateArgs {
+    /// Profile of the atmosphere: a CSV file or the name of a shipped one
+    #[arg(long, value_name = "CSV|NAME", default_value = "general")]
+    pub profile: PathBuf,
+    /// Altitudes, turbidities and suns: seed, default or a TOML file
+    #[arg(long, value_name = "seed|default|TOML", default_value = "default",
+          value_parser = grid_choice)]
+    pub grid: GridChoice,
+    /// How the radiance is computed
+    #[arg(long, default_value = "transport")]
+    pub engine: Engine,
+    /// Directory for sky.utmlut, coefficients.csv, report.html and report.csv; made if missing
+    #[arg(long, value_name = "DIR", default_value = "target/utm-sky")]
+    pub out: PathBuf,
+}
+
+/// `utm-sky report`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:
+  utm-sky report --lut target/utm-sky/sky.utmlut --out target/utm-sky")]
+pub struct ReportArgs {
+    /// Look-up table: a .utmlut file or the built-in one
+    #[arg(long, value_name = "FILE|embedded", default_value = "embedded", value_parser = lut_source)]
+    pub lut: LutSource,
+    /// Directory for report.html and report.csv; made if missing
+    #[arg(long, value_name = "DIR", default_value = "target/utm-sky")]
+    pub out: PathBuf,
+}
+
+/// `utm-sky lut`.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  utm-sky lut info target/utm-sky/sky.utmlut
+  utm-sky lut export target/utm-sky/sky.utmlut --csv coefficients.csv")]
+pub struct LutArgs {
+    /// What to do with the table.
+    #[command(subcommand)]
+    pub command: LutCommand,
+}
+
+/// The commands on a look-up table.
+#[derive(Debug, Subcommand)]
+pub enum LutCommand {
+    /// Print what the table says about itself
+    #[command(after_help = "Example:
+  utm-sky lut info target/utm-sky/sky.utmlut")]
+    Info {
+        /// Look-up table: a .utmlut file or the word embedded
+        #[arg(value_name = "FILE|embedded", value_parser = lut_source)]
+        lut: LutSource,
+    },
+    /// Write the coefficients in the layout of the report's Appendix A
+    #[command(after_help = "Example:
+  utm-sky lut export target/utm-sky/sky.utmlut --csv coefficients.csv")]
+    Export {
+        /// Look-up table: a .utmlut file or the word embedded
+        #[arg(value_name = "FILE|embedded", value_parser = lut_source)]
+        lut: LutSource,
+        /// The coefficients
+        #[arg(long, value_name = "CSV")]
+        csv: PathBuf,
+    },
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definitions_are_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    /// Every command, with its path.
+    fn all_commands(command: &clap::Command, path: &str) -> Vec<(String, clap::Command)> {
+        let mut found = Vec::new();
+        for sub in command.get_subcommands() {
+            let path = format!("{path} {}", sub.get_name());
+            found.extend(all_commands(sub, &path));
+            found.push((path, sub.clone()));
+        }
+        found
+    }
+
+    #[test]
+    fn every_command_has_an_example_that_parses() {
+        for (path, mut command) in all_commands(&Cli::command(), "utm-sky") {
+            let help = command.render_long_help().to_string();
+            let (_, examples) = help
+                .split_once("Example")
+                .unwrap_or_else(|| panic!("{path} has no example"));
+            let joined = examples.replace("\\\n", " ");
+            let lines: Vec<&str> = joined
+                .lines()
+                .map(str::trim)
+                .filter(|l| l.starts_with("utm-sky "))
+                .collect();
+            assert!(!lines.is_empty(), "{path} has no example");
+            for line in lines {
+                assert!(line.starts_with(&path), "{line} is no example of {path}");
+                if let Err(error) = Cli::try_parse_from(line.split_whitespace()) {
+                    panic!("{line}: {error}");
+                }
+            }
+        }
+    }
+
+    fn refused(line: &str) -> String {
+        Cli::try_parse_from(line.split_whitespace())
+            .expect_err(line)
+            .to_string()
+    }
+
+    #[test]
+    fn values_outside_their_range_name_the_option_and_the_range() {
+        let rest = "--aod500 0.1 --out o.csv";
+        for (options, option, expected) in [
+            (
+                "--altitude-km 31 --sun-zenith-deg 60",
+                "--altitude-km",
+                "0 to 30",
+            ),
+            (
+                "--altitude-km -1 --sun-zenith-deg 60",
+                "--altitude-km",
+                "0 to 30",
+            ),
+            (
+                "--altitude-km nan --sun-zenith-deg 60",
+                "--altitude-km",
+                "0 to 30",
+            ),
+            (
+                "--altitude-km 1 --sun-zenith-deg 96.1",
+                "--sun-zenith-deg",
+                "0 to 96",
+            ),
+            (
+                "--altitude-km 1 --sun-zenith-deg x",
+                "--sun-zenith-deg",
+                "0 to 96",
+            ),
+            (
+                "--altitude-km 1 --sun-zenith-deg 60 --albedo 2",
+                "--albedo",
+                "0 to 1",
+            ),
+        ] {
+            let message = refused(&format!("utm-sky map {options} {rest}"));
+            assert!(message.contains(option), "{message}");
+            assert!(message.contains(expected), "{message}");
+        }
+    }
+}

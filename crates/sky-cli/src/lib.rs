@@ -1,0 +1,71 @@
+//! The `utm-sky` command as a library: files, terminal, plots.
+//!
+//! Everything that touches a file or the terminal is here; the physics is in the other crates. The
+//! binary is one call of [`run`]. Exit status: 0 on success, 2 on bad input, on a file that cannot
+//! be written and on interruption. Out of scope: pixels on a screen.
+
+pub mod args;
+pub mod atmosphere;
+pub mod beam;
+pub mod engine;
+pub mod files;
+pub mod generate;
+pub mod lut_commands;
+pub mod map;
+pub mod optics;
+pub mod profile;
+pub mod report;
+pub mod sky;
+pub mod table_io;
+
+use std::ffi::OsString;
+use std::io::{self, Write as _};
+use std::process::ExitCode;
+
+use clap::Parser as _;
+
+use args::{Cli, Command};
+
+/// Exit status of every failure.
+pub const EXIT_FAILURE: u8 = 2;
+
+/// Runs a command line; the first argument is the program's name.
+pub fn run<I, T>(args: I) -> ExitCode
+where
+    I: IntoIterator<Item = T>,
+    T: Into<OsString> + Clone,
+{
+    let cli = match Cli::try_parse_from(args) {
+        Ok(cli) => cli,
+        Err(message) => {
+            // Help and version are messages too; a terminal that is gone is no reason to fail.
+            drop(message.print());
+            return if message.use_stderr() {
+                ExitCode::from(EXIT_FAILURE)
+            } else {
+                ExitCode::SUCCESS
+            };
+        }
+    };
+    files::clean_up_on_interrupt();
+    match dispatch(&cli.command) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            drop(writeln!(io::stderr(), "error: {error}"));
+            ExitCode::from(EXIT_FAILURE)
+        }
+    }
+}
+
+fn dispatch(command: &Command) -> anyhow::Result<()> {
+    match command {
+        Command::Profile(args) => profile::run(args),
+        Command::Optics(args) => optics::run(args),
+        Command::Map(args) => map::run(args),
+        Command::Beam(args) => beam::run(args),
+        Command::Sky(args) => sky::run(args),
+        Command::Generate(args) => generate::run(args),
+        Command::Report(args) => report::run(args),
+        Command::Lut(args) => lut_commands::run(args),
+    }
+}

@@ -1,0 +1,654 @@
+//! The transport engine: spectral sky radiance in a spherical atmosphere, every order of scattering.
+//!
+//! Single scattering is integrated exactly along straight rays through curved shells, with the full
+//! phase functions and the Earth's shadow. Higher orders come from a diffuse field on a grid of
+//! shells and local sun zenith angles, found by successive orders: each order is the formal solution
+//! along rays in a fixed set of directions (no approximation of flat layers), stored as moments of
+//! spherical harmonics. The ground is Lambertian; its light counts. Deterministic.
+//!
+//! Not modeled: refraction, polarization, horizontal variation of the air, the sun's disc.
+
+mod field;
+mod lanes;
+mod medium;
+mod path;
+mod sun;
+mod template;
+
+use crate::optics::OpticalProfile;
+use crate::phase;
+use crate::quadrature::gauss_legendre;
+use field::{Corners, Field, Grid, Harmonics, as_f64};
+use lanes::{Lanes, WIDTH, ZERO, add_scaled, simpson_transmittance};
+use medium::{LevelFinder, Medium};
+use path::{Path, Ray, Sampling};
+use rayon::prelude::*;
+use sky_core::direction::SkyDirection;
+use sky_core::quantity::{Angle, EARTH_RADIUS_KM, Length};
+use sun::{SunPlace, SunTable, horizon_cosine};
+use template::{Stop, Template};
+
+/// What the transport engine refuses.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum TransportError {
+    /// Fewer than two levels, or tables of the wrong length.
+    #[error("optical profile: expected at least 2 levels and full tables, found {levels} levels")]
+    Shape {
+        /// Number of levels found.
+        levels: usize,
+    },
+    /// The ground reflects a share between 0 and 1.
+    #[error("ground albedo: expected 0..1, found {0}")]
+    Albedo(f64),
+    /// The series of orders does not converge in the orders allowed.
+    #[error("multiple scattering: order {orders} still adds {share:.1e} of the field, expected below {expected:.1e}")]
+    NotConverged {
+        /// Orders computed.
+        orders: usize,
+        /// Share of the field that the last one added.
+        share: f64,
+        /// Share at which the engine would have stopped.
+        expected: f64,
+    },
+}
+
+/// How finely the transport equation is solved.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TransportSettings {
+    /// Highest degree of spherical harmonics of the diffuse source; `None` chooses by the haze.
+    pub degree: Option<usize>,
+    /// Gauss points in zenith: from the zenith to 78°, from there to the horizon, below the horizon.
+    pub zenith_points: [usize; 3],
+    /// Directions in azimuth over half the circle.
+    pub azimuth_points: usize,
+    /// Most orders of scattering.
+    pub most_orders: usize,
+    /// The series stops when what remains is below this share of the field everywhere.
+    pub tolerance: f64,
+    /// Altitudes of the shells of the diffuse field \[km\]; those above the profile's top are dropped.
+    pub shells_km: Vec<f64>,
+    /// Local sun zenith angles of the diffuse field \[deg\].
+    pub columns_deg: Vec<f64>,
+}
+
+impl Default for TransportSettings {
+    fn default() -> Self {
+        Self {
+            degree: None,
+            zenith_points: [6, 5, 4],
+            azimuth_points: 6,
+            most_orders: 60,
+            tolerance: 2e-3,
+            shells_km: vec![
+                0.0, 0.2, 0.6, 1.2, 2.0, 3.0, 4.5, 6.5, 9.0, 12.0, 15.0, 18.5, 22.0, 26.0, 31.0, 37.0,
+                45.0, 55.0, 70.0, 100.0,
+            ],
+            columns_deg: vec![
+                0.0, 15.0, 30.0, 45.0, 57.0, 66.0, 73.0, 78.5, 82.5, 85.5, 87.5, 89.0, 90.5, 92.0, 93.5,
+                95.0, 96.5, 98.0, 100.0, 102.5, 106.0,
+            ],
+        }
+    }
+}
+
+/// Sampling of the rays that build the diffuse field.
+const FIELD_SAMPLING: Sampling = Sampling { depth: 1.0, rise: 0.6, turn: 0.02, opaque: 12.0 };
+/// Sampling of an observer's rays.
+const VIEW_SAMPLING: Sampling = Sampling { depth: 0.5, rise: 0.25, turn: 0.006, opaque: 16.0 };
+
+/// A solved atmosphere: answers for any observer, sun and direction.
+#[derive(Clone, Debug)]
+pub struct Transport {
+    medium: Medium,
+    sun: SunTable,
+    grid: Grid,
+    harmonics: Harmonics,
+    field: Field,
+    albedo: f64,
+    orders: usize,
+    /// Altitudes at which an observer's and the field's rays are cut \[km\].
+    view_shells: Vec<f64>,
+    field_shells: Vec<f64>,
+}
+
+/// Buffers of one thread.
+#[derive(Debug, Default)]
+struct Scratch {
+    path: Path,
+    basis: Vec<f64>,
+    sun: Vec<SunPlace>,
+    radiance: Vec<Lanes>,
+}
+
+/// The field's directions at one shell: zenith angles with their paths, and shared azimuths.
+#[derive(Debug)]
+struct Rays {
+    /// A path, and the weight of its zenith angle [sr per azimuth].
+    zenith: Vec<(Template, f64)>,
+    cos_azimuth: Vec<f64>,
+}
+
+impl Transport {
+    /// Solves for the diffuse field of an atmosphere over ground of a given albedo.
+    ///
+    /// # Errors
+    /// Refuses malformed tables and albedos outside 0..1; reports a series that does not converge.
+    pub fn solve(
+        optics: &OpticalProfile,
+        ground_albedo: f64,
+        settings: &TransportSettings,
+    ) -> Result<Self, TransportError> {
+        let (levels, wavelengths) = (optics.altitude_km.len(), optics.wavelength_nm.len());
+        let tables = [
+            &optics.rayleigh_scattering_per_km,
+            &optics.gas_absorption_per_km,
+            &optics.aerosol_scattering_per_km,
+            &optics.aerosol_absorption_per_km,
+            &optics.aerosol_g,
+            &optics.aerosol_g2,
+            &optics.aerosol_g_weight,
+        ];
+        if levels < 2 || wavelengths == 0 || tables.iter().any(|t| t.len() != levels * wavelengths) {
+            return Err(TransportError::Shape { levels });
+        }
+        if !(0.0..=1.0).contains(&ground_albedo) {
+            return Err(TransportError::Albedo(ground_albedo));
+        }
+        let medium = Medium::new(optics);
+        let sun = SunTable::new(&medium);
+        let top = medium.top_km();
+        let mut shells: Vec<f64> =
+            settings.shells_km.iter().copied().filter(|z| *z < top - 1e-6).collect();
+        shells.push(top);
+        let grid =
+            Grid { shells: LevelFinder::new(&shells), columns: LevelFinder::new(&settings.columns_deg) };
+        let degree = settings.degree.unwrap_or_else(|| degree_for(&medium));
+        let harmonics = Harmonics::new(degree);
+        let view_shells = medium.segment_levels(0.12);
+        let mut field_shells = medium.segment_levels(0.5);
+        field_shells.extend(&shells);
+        field_shells.sort_by(f64::total_cmp);
+        field_shells.dedup_by(|b, a| *b - *a < 1e-3 * (*a + 4.0));
+        let mut transport = Self {
+            field: Field::default(),
+            medium,
+            sun,
+            grid,
+            harmonics,
+            albedo: ground_albedo,
+            orders: 1,
+            view_shells,
+            field_shells,
+        };
+        transport.successive_orders(settings)?;
+        Ok(transport)
+    }
+
+    /// Orders of scattering that were summed; the rest of the series is extrapolated.
+    #[must_use]
+    pub fn orders(&self) -> usize {
+        self.orders
+    }
+
+    /// Radiance per unit solar irradiance \[sr⁻¹\] at each wavelength of the profile, entry
+    /// `direction * wavelengths + wavelength`.
+    ///
+    /// Azimuth is relative to the sun. Directions below the geometric horizon end on the ground.
+    #[must_use]
+    pub fn radiance_ratio(
+        &self,
+        observer_altitude: Length,
+        sun_zenith: Angle,
+        directions: &[SkyDirection],
+    ) -> Vec<f64> {
+        self.collect(observer_altitude, sun_zenith, directions, true)
+    }
+
+    /// First order of scattering alone (sun → air → eye and sun → ground → eye), same layout.
+    #[must_use]
+    pub fn single_scattering_ratio(
+        &self,
+        observer_altitude: Length,
+        sun_zenith: Angle,
+        directions: &[SkyDirection],
+    ) -> Vec<f64> {
+        self.collect(observer_altitude, sun_zenith, directions, false)
+    }
+
+    fn collect(
+        &self,
+        observer_altitude: Length,
+        sun_zenith: Angle,
+        directions: &[SkyDirection],
+        diffuse: bool,
+    ) -> Vec<f64> {
+        let n = self.medium.wavelengths;
+        let radius = EARTH_RADIUS_KM + observer_altitude.km().clamp(0.0, self.medium.top_km());
+        // directions of equal zenith angle share a path
+        let same = |a: &SkyDirection, b: &SkyDirection| {
+            a.view_zenith.radians().to_bits() == b.view_zenith.radians().to_bits()
+        };
+        let rings: Vec<&[SkyDirection]> =
+            directions.chunk_by(same).flat_map(|ring| ring.chunks(32)).collect();
+        rings
+            .par_iter()
+            .map_init(Scratch::default, |scratch, ring| {
+                let cosine = ring[0].view_zenith.radians().cos();
+                let template =
+                    diffuse.then(|| self.template(radius, cosine, &self.view_shells, &VIEW_SAMPLING, scratch));
+                let mut out = Vec::with_capacity(ring.len() * n);
+                for direction in *ring {
+                    let ray = Ray {
+                        radius,
+                        cosine,
+                        sun_cosine: sun_zenith.radians().cos(),
+                        cos_gamma: direction.cos_scattering_angle(sun_zenith),
+                    };
+                    scratch.radiance.clear();
+                    scratch.radiance.resize(self.medium.vectors, ZERO);
+                    self.add_single(&ray, &self.view_shells, &VIEW_SAMPLING, scratch);
+                    if let Some(template) = &template {
+                        self.add_diffuse(&ray, template, &self.field, scratch);
+                    }
+                    out.extend((0..n).map(|i| scratch.radiance[i / WIDTH][i % WIDTH]));
+                }
+                out
+            })
+            .flatten_iter()
+            .collect()
+    }
+
+    fn template(
+        &self,
+        radius: f64,
+        cosine: f64,
+        shells: &[f64],
+        sampling: &Sampling,
+        scratch: &mut Scratch,
+    ) -> Template {
+        Template::new(radius, cosine, &self.medium, &self.grid, shells, sampling, &mut scratch.path)
+    }
+
+    /// Sums the orders of scattering into `self.field`.
+    fn successive_orders(&mut self, settings: &TransportSettings) -> Result<(), TransportError> {
+        let shells = self.grid.shells.levels();
+        let rays: Vec<Rays> = shells
+            .par_iter()
+            .map_init(Scratch::default, |scratch, z| self.rays_at(*z, settings, scratch))
+            .collect();
+        let mut order = self.gather(&rays, None);
+        let mut total = order.clone();
+        let mut share = f64::INFINITY;
+        let (vectors, count) = (self.medium.vectors, self.harmonics.count());
+        while share > settings.tolerance {
+            if self.orders >= settings.most_orders {
+                return Err(TransportError::NotConverged {
+                    orders: self.orders,
+                    share,
+                    expected: settings.tolerance,
+                });
+            }
+            let next = self.gather(&rays, Some(&order));
+            self.orders += 1;
+            // how fast the series falls: per wavelength, over the whole grid
+            let sum = |f: &Field, v: usize| {
+                let mut s = ZERO;
+                for node in 0..self.grid.nodes() {
+                    add_scaled(&mut s, 1.0, &f.moments[(node * vectors + v) * count]);
+                }
+                s
+            };
+            let mut tail = Vec::with_capacity(vectors);
+            share = 0.0;
+            for v in 0..vectors {
+                let (a, b, all) = (sum(&order, v), sum(&next, v), sum(&total, v));
+                let t: Lanes = core::array::from_fn(|l| {
+                    let q = if a[l] > 0.0 { (b[l] / a[l]).min(0.98) } else { 0.0 };
+                    q / (1.0 - q)
+                });
+                for l in 0..WIDTH {
+                    if all[l] > 0.0 {
+                        // the extrapolated rest, of which the extrapolation misses a part
+                        share = share.max(0.3 * t[l] * b[l] / all[l]);
+                    }
+                }
+                tail.push(t);
+            }
+            total.add(&next, None, vectors, count);
+            if share <= settings.tolerance {
+                total.add(&next, Some(&tail), vectors, count);
+            }
+            order = next;
+        }
+        total.measure(vectors, count);
+        self.field = total;
+        Ok(())
+    }
+
+    /// The field's directions at a shell; zenith intervals meet at the shell's own horizon.
+    fn rays_at(&self, z: f64, settings: &TransportSettings, scratch: &mut Scratch) -> Rays {
+        let horizon = horizon_cosine(z).acos();
+        let shoulder = Angle::from_degrees(78.0).radians();
+        let [high, low, ground] = settings.zenith_points;
+        let mut zenith = gauss_legendre(high, shoulder.cos(), 1.0);
+        zenith.extend(
+            gauss_legendre(low, shoulder, horizon).iter().map(|(angle, w)| (angle.cos(), w * angle.sin())),
+        );
+        zenith.extend(gauss_legendre(ground, -1.0, horizon.cos()));
+        let n = settings.azimuth_points;
+        let radius = EARTH_RADIUS_KM + z;
+        Rays {
+            zenith: zenith
+                .iter()
+                .map(|(cosine, w)| {
+                    let t = self.template(radius, *cosine, &self.field_shells, &FIELD_SAMPLING, scratch);
+                    (t, w * core::f64::consts::TAU / as_f64(n))
+                })
+                .collect(),
+            cos_azimuth: (0..n)
+                .map(|k| (core::f64::consts::PI * (as_f64(k) + 0.5) / as_f64(n)).cos())
+                .collect(),
+        }
+    }
+
+    /// One order of scattering: the radiance at every node of the grid, as phase-weighted moments.
+    /// Without a source field, the first order.
+    fn gather(&self, rays: &[Rays], source: Option<&Field>) -> Field {
+        let (vectors, count) = (self.medium.vectors, self.harmonics.count());
+        let columns = self.grid.columns.levels();
+        let shells = rays.len();
+        let nodes: Vec<(Vec<Lanes>, Vec<Lanes>)> = (0..self.grid.nodes())
+            .into_par_iter()
+            .map_init(Scratch::default, |scratch, node| {
+                let (shell, column) = (node % shells, node / shells);
+                self.gather_node(shell, columns[column], &rays[shell], source, scratch)
+            })
+            .collect();
+        let mut field = Field::default();
+        for (node, (moments, irradiance)) in nodes.iter().enumerate() {
+            field.moments.extend(moments);
+            if node % shells == 0 {
+                field.ground_irradiance.extend(irradiance);
+            }
+        }
+        field.measure(vectors, count);
+        field
+    }
+
+    /// Moments at one node, and the irradiance on a horizontal plane there.
+    fn gather_node(
+        &self,
+        shell: usize,
+        column_deg: f64,
+        rays: &Rays,
+        source: Option<&Field>,
+        scratch: &mut Scratch,
+    ) -> (Vec<Lanes>, Vec<Lanes>) {
+        let (vectors, count) = (self.medium.vectors, self.harmonics.count());
+        let z = self.grid.shells.levels()[shell];
+        let sun_cosine = Angle::from_degrees(column_deg).radians().cos();
+        let mut moments = vec![ZERO; vectors * count];
+        let mut irradiance = vec![ZERO; vectors];
+        let mut basis = vec![0.0; count];
+        for (template, weight) in &rays.zenith {
+            for cos_azimuth in &rays.cos_azimuth {
+                let mu = template.cosine;
+                let sines = ((1.0 - mu * mu) * (1.0 - sun_cosine * sun_cosine)).max(0.0).sqrt();
+                let ray = Ray {
+                    radius: template.radius,
+                    cosine: mu,
+                    sun_cosine,
+                    cos_gamma: (mu * sun_cosine + sines * cos_azimuth).clamp(-1.0, 1.0),
+                };
+                scratch.radiance.clear();
+                scratch.radiance.resize(vectors, ZERO);
+                match source {
+                    None => self.add_single(&ray, &self.field_shells, &FIELD_SAMPLING, scratch),
+                    Some(field) => self.add_diffuse(&ray, template, field, scratch),
+                }
+                self.harmonics.evaluate(mu, *cos_azimuth, &mut basis);
+                for v in 0..vectors {
+                    for (k, y) in basis.iter().enumerate() {
+                        add_scaled(&mut moments[v * count + k], weight * y, &scratch.radiance[v]);
+                    }
+                    if mu > 0.0 {
+                        add_scaled(&mut irradiance[v], weight * mu, &scratch.radiance[v]);
+                    }
+                }
+            }
+        }
+        self.weight_by_phase(z, &mut moments);
+        (moments, irradiance)
+    }
+
+    /// Multiplies moments by those of the local phase function.
+    fn weight_by_phase(&self, z: f64, moments: &mut [Lanes]) {
+        let count = self.harmonics.count();
+        let place = self.medium.finder.find(z);
+        let rayleigh_2 = phase::rayleigh_second_moment(self.medium.depolarization);
+        for v in 0..self.medium.vectors {
+            let [rayleigh, aerosol, g, g2, w] = [
+                &self.medium.rayleigh,
+                &self.medium.aerosol,
+                &self.medium.g,
+                &self.medium.g2,
+                &self.medium.g_weight,
+            ]
+            .map(|table| self.medium.at(table, place, v));
+            for (k, degree) in self.harmonics.degrees().enumerate() {
+                let power = i32::try_from(degree).unwrap_or(0);
+                let ray = match degree {
+                    0 => 1.0,
+                    2 => rayleigh_2,
+                    _ => 0.0,
+                };
+                let lanes = &mut moments[v * count + k];
+                for l in 0..WIDTH {
+                    let aer = w[l] * g[l].powi(power) + (1.0 - w[l]) * g2[l].powi(power);
+                    let all = rayleigh[l] + aerosol[l];
+                    lanes[l] *=
+                        if all > 0.0 { (rayleigh[l] * ray + aerosol[l] * aer) / all } else { ray };
+                }
+            }
+        }
+    }
+
+    /// Adds the diffuse light that a field sends along a ray to `scratch.radiance`.
+    fn add_diffuse(&self, ray: &Ray, template: &Template, field: &Field, scratch: &mut Scratch) {
+        let (vectors, count) = (self.medium.vectors, self.harmonics.count());
+        let Scratch { basis, radiance, .. } = scratch;
+        basis.resize(count, 0.0);
+        let last = template.stops.len() - 1;
+        for (k, stop) in template.stops.iter().enumerate() {
+            let sun_cosine = sun_cosine_at(ray, stop);
+            let corners = self.grid.corners(stop.shell, sun_cosine, field);
+            self.harmonics.evaluate(stop.cosine, cos_azimuth_at(ray, stop, sun_cosine), basis);
+            let weights = &template.weights[k * vectors..(k + 1) * vectors];
+            let ground = if k == last { template.ground.as_slice() } else { &[] };
+            pulp::Arch::new().dispatch(DiffuseStop {
+                field,
+                corners: &corners,
+                basis,
+                weights,
+                ground,
+                reflectance: self.albedo / core::f64::consts::PI,
+                shells: self.grid.shells.levels().len(),
+                radiance,
+            });
+        }
+    }
+
+    /// Adds sunlight scattered once, by air or ground, along a ray to `scratch.radiance`.
+    fn add_single(&self, ray: &Ray, shells: &[f64], sampling: &Sampling, scratch: &mut Scratch) {
+        let Scratch { path, sun, radiance, .. } = scratch;
+        path.trace(ray, &self.medium, shells, sampling);
+        sun.clear();
+        sun.extend(path.points.iter().map(|p| self.sun.place(p.z, p.sun_cosine)));
+        if sun.iter().any(|s| s.lit) {
+            let reflectance = self.albedo / core::f64::consts::PI;
+            pulp::Arch::new().dispatch(SingleSweep {
+                medium: &self.medium,
+                table: &self.sun,
+                cos_gamma: ray.cos_gamma,
+                path,
+                sun,
+                reflectance,
+                radiance,
+            });
+        }
+    }
+}
+
+/// Inner loop: the diffuse source at one stop of a ray, all wavelengths.
+struct DiffuseStop<'a> {
+    field: &'a Field,
+    corners: &'a Corners,
+    basis: &'a [f64],
+    weights: &'a [Lanes],
+    ground: &'a [Lanes],
+    reflectance: f64,
+    shells: usize,
+    radiance: &'a mut [Lanes],
+}
+
+impl pulp::NullaryFnOnce for DiffuseStop<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { field, corners, basis, weights, ground, reflectance, shells, radiance } = self;
+        let (vectors, count) = (radiance.len(), basis.len());
+        for (v, out) in radiance.iter_mut().enumerate() {
+            let mut s = ZERO;
+            for c in 0..4 {
+                let first = (corners.node[c] * vectors + v) * count;
+                let w = corners.weight[c];
+                for (m, y) in field.moments[first..first + count].iter().zip(basis.iter()) {
+                    add_scaled(&mut s, w * y, m);
+                }
+            }
+            for l in 0..WIDTH {
+                out[l] += weights[v][l] * s[l].max(0.0);
+            }
+            if let Some(through) = ground.get(v) {
+                let mut irradiance = ZERO;
+                for c in 0..4 {
+                    let row = corners.node[c] / shells * vectors + v;
+                    add_scaled(&mut irradiance, corners.weight[c], &field.ground_irradiance[row]);
+                }
+                for l in 0..WIDTH {
+                    out[l] += through[l] * irradiance[l] * reflectance;
+                }
+            }
+        }
+    }
+}
+
+/// Inner loop: single scattering along one path, all wavelengths.
+struct SingleSweep<'a> {
+    medium: &'a Medium,
+    table: &'a SunTable,
+    cos_gamma: f64,
+    path: &'a Path,
+    sun: &'a [SunPlace],
+    reflectance: f64,
+    radiance: &'a mut [Lanes],
+}
+
+impl SingleSweep<'_> {
+    /// Light scattered towards the eye per kilometre at a point of the path.
+    #[inline(always)]
+    fn source(&self, i: usize, v: usize, rayleigh_phase: f64) -> Lanes {
+        let (m, mu) = (self.medium, self.cos_gamma);
+        if !self.sun[i].lit {
+            return ZERO;
+        }
+        let place = self.path.points[i].place;
+        let mut scattered = m.at(&m.rayleigh, place, v);
+        for x in &mut scattered {
+            *x *= rayleigh_phase;
+        }
+        if m.hazy[place.level] || m.hazy[place.level + 1] {
+            let aerosol = m.at(&m.aerosol, place, v);
+            let g = m.at(&m.g, place, v);
+            let g2 = m.at(&m.g2, place, v);
+            let w = m.at(&m.g_weight, place, v);
+            for l in 0..WIDTH {
+                scattered[l] += aerosol[l]
+                    * (w[l] * phase::henyey_greenstein(mu, g[l])
+                        + (1.0 - w[l]) * phase::henyey_greenstein(mu, g2[l]));
+            }
+        }
+        let t = self.table.transmittance(&self.sun[i], v);
+        for l in 0..WIDTH {
+            scattered[l] *= t[l];
+        }
+        scattered
+    }
+
+    #[inline(always)]
+    fn extinction(&self, i: usize, v: usize) -> Lanes {
+        self.medium.at(&self.medium.extinction, self.path.points[i].place, v)
+    }
+}
+
+impl pulp::NullaryFnOnce for SingleSweep<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(mut self) {
+        let rayleigh_phase = phase::rayleigh(self.cos_gamma, self.medium.depolarization);
+        let path = self.path;
+        let last = path.points.len() - 1;
+        let cosine = path.points[last].sun_cosine;
+        let radiance = core::mem::take(&mut self.radiance);
+        for (v, radiance) in radiance.iter_mut().enumerate() {
+            let mut through = [1.0; WIDTH];
+            let mut j_a = self.source(0, v, rayleigh_phase);
+            let mut e_a = self.extinction(0, v);
+            for (k, length) in path.lengths.iter().enumerate() {
+                let e_m = self.extinction(2 * k + 1, v);
+                let e_b = self.extinction(2 * k + 2, v);
+                let (middle, end) = simpson_transmittance(*length, &e_a, &e_m, &e_b);
+                let j_m = self.source(2 * k + 1, v, rayleigh_phase);
+                let j_b = self.source(2 * k + 2, v, rayleigh_phase);
+                for l in 0..WIDTH {
+                    radiance[l] += through[l] * length / 6.0
+                        * (j_a[l] + 4.0 * j_m[l] * middle[l] + j_b[l] * end[l]);
+                    through[l] *= end[l];
+                }
+                (j_a, e_a) = (j_b, e_b);
+            }
+            if path.ground && cosine > 0.0 {
+                let t = self.table.transmittance(&self.sun[last], v);
+                for l in 0..WIDTH {
+                    radiance[l] += through[l] * t[l] * cosine * self.reflectance;
+                }
+            }
+        }
+    }
+}
+
+fn sun_cosine_at(ray: &Ray, stop: &Stop) -> f64 {
+    ((ray.radius * ray.sun_cosine + stop.length * ray.cos_gamma) / stop.radius).clamp(-1.0, 1.0)
+}
+
+/// Cosine of the azimuth between ray and sun in the frame of the stop.
+fn cos_azimuth_at(ray: &Ray, stop: &Stop, sun_cosine: f64) -> f64 {
+    let sines = ((1.0 - stop.cosine * stop.cosine) * (1.0 - sun_cosine * sun_cosine)).max(0.0).sqrt();
+    if sines > 1e-9 {
+        ((ray.cos_gamma - stop.cosine * sun_cosine) / sines).clamp(-1.0, 1.0)
+    } else {
+        1.0
+    }
+}
+
+/// Highest degree of harmonics that the haze's forward peak asks for.
+fn degree_for(medium: &Medium) -> usize {
+    if !medium.hazy.iter().any(|h| *h) {
+        return 2;
+    }
+    // twice-scattered light has moments of g^2
+    let g2 = medium.largest_g.powi(2);
+    (3..=16_u32).find(|l| f64::from(2 * l + 1) * g2.powi(l.cast_signed()) < 0.3).map_or(16, |l| l as usize)
+}

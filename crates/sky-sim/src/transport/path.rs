@@ -1,0 +1,191 @@
+//! Where a ray goes: the points along a straight path through the shells at which the transport
+//! integrals are sampled.
+//!
+//! A path is a chain of segments, each with a point at both ends and one in the middle (Simpson's
+//! rule, fourth order). Segments end at shells, at the tangent point, at the edge of the Earth's
+//! shadow, and are short enough in altitude and optical depth.
+
+use super::medium::{Between, Medium};
+use sky_core::quantity::EARTH_RADIUS_KM;
+
+/// A ray: where it starts and how it leaves, in the frame of the local vertical and the sun.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ray {
+    /// Radius of the start \[km\].
+    pub(super) radius: f64,
+    /// Cosine of the angle between ray and local vertical at the start.
+    pub(super) cosine: f64,
+    /// Cosine of the local sun zenith angle at the start.
+    pub(super) sun_cosine: f64,
+    /// Cosine of the angle between ray and sun; constant along the ray.
+    pub(super) cos_gamma: f64,
+}
+
+/// A point of a path.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Point {
+    /// Distance from the start \[km\].
+    pub(super) length: f64,
+    /// Altitude \[km\].
+    pub(super) z: f64,
+    /// Cosine of the angle between the ray and the local vertical.
+    pub(super) cosine: f64,
+    /// Cosine of the local sun zenith angle.
+    pub(super) sun_cosine: f64,
+    /// Place among the medium's levels.
+    pub(super) place: Between,
+}
+
+/// How finely paths are sampled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Sampling {
+    /// Largest optical depth of a segment at the most opaque wavelength.
+    pub(super) depth: f64,
+    /// Largest change of altitude in a segment, as a fraction of (altitude + 4 km).
+    pub(super) rise: f64,
+    /// Largest turn of the local vertical in a segment \[rad\].
+    pub(super) turn: f64,
+    /// Optical depth, at the most transparent wavelength, after which the rest is dark.
+    pub(super) opaque: f64,
+}
+
+/// Points and segments of one path; reused from ray to ray.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Path {
+    /// `2 n + 1` points: ends and middles of n segments.
+    pub(super) points: Vec<Point>,
+    /// Length of each segment \[km\].
+    pub(super) lengths: Vec<f64>,
+    /// Whether the path ends on the ground.
+    pub(super) ground: bool,
+    breaks: Vec<f64>,
+}
+
+impl Ray {
+    fn radius_at(&self, length: f64) -> f64 {
+        (self.radius * self.radius + length * (length + 2.0 * self.radius * self.cosine)).sqrt()
+    }
+
+    fn altitude_at(&self, length: f64) -> f64 {
+        let h = self.radius - EARTH_RADIUS_KM;
+        // (r - R)(r + R) keeps metres at thousands of kilometres
+        let square = h * (self.radius + EARTH_RADIUS_KM)
+            + length * (length + 2.0 * self.radius * self.cosine);
+        square / (self.radius_at(length) + EARTH_RADIUS_KM)
+    }
+
+    fn point(&self, length: f64, medium: &Medium) -> Point {
+        let r = self.radius_at(length);
+        let z = self.altitude_at(length).clamp(0.0, medium.top_km());
+        let cosine = ((self.radius * self.cosine + length) / r).clamp(-1.0, 1.0);
+        let sun_cosine =
+            ((self.radius * self.sun_cosine + length * self.cos_gamma) / r).clamp(-1.0, 1.0);
+        Point { length, z, cosine, sun_cosine, place: medium.finder.find(z) }
+    }
+}
+
+impl Path {
+    /// Traces a ray to the top of the atmosphere or to the ground, at most `longest` kilometres.
+    pub(super) fn trace(
+        &mut self,
+        ray: &Ray,
+        medium: &Medium,
+        shells: &[f64],
+        sampling: &Sampling,
+    ) {
+        self.points.clear();
+        self.lengths.clear();
+        self.breaks.clear();
+        let (r0, mu) = (ray.radius, ray.cosine);
+        let impact_square = r0 * r0 * ((1.0 - mu) * (1.0 + mu)).max(0.0);
+        let impact = impact_square.sqrt();
+        let to_tangent = -r0 * mu;
+        self.ground = mu < 0.0 && impact < EARTH_RADIUS_KM;
+        let chord = |r: f64| ((r - impact) * (r + impact)).max(0.0).sqrt();
+        let end = if self.ground {
+            (to_tangent - chord(EARTH_RADIUS_KM)).max(0.0)
+        } else {
+            to_tangent + chord(medium.top_radius())
+        };
+        // Shell crossings on both sides of the tangent point, the tangent point itself.
+        for z in shells {
+            let r = EARTH_RADIUS_KM + z;
+            if r > impact {
+                let half = chord(r);
+                for length in [to_tangent - half, to_tangent + half] {
+                    if length > 1e-9 && length < end - 1e-9 {
+                        self.breaks.push(length);
+                    }
+                }
+            }
+        }
+        if to_tangent > 1e-9 && to_tangent < end - 1e-9 {
+            self.breaks.push(to_tangent);
+        }
+        self.push_shadow_edges(ray, end);
+        self.breaks.push(end);
+        self.breaks.sort_by(f64::total_cmp);
+        self.subdivide(ray, medium, sampling);
+    }
+
+    /// The ray's crossings of the cylinder of shadow behind the Earth.
+    fn push_shadow_edges(&mut self, ray: &Ray, end: f64) {
+        // distance² from the sun's axis: a ℓ² + 2 b ℓ + c = 0 at the cylinder's wall
+        let along = ray.radius * ray.sun_cosine;
+        let a = (1.0 - ray.cos_gamma) * (1.0 + ray.cos_gamma);
+        let b = ray.radius * ray.cosine - along * ray.cos_gamma;
+        let c = (ray.radius - EARTH_RADIUS_KM) * (ray.radius + EARTH_RADIUS_KM) - along * along;
+        if a < 1e-12 {
+            return;
+        }
+        let root = b * b - a * c;
+        if root <= 0.0 {
+            return;
+        }
+        let root = root.sqrt();
+        for length in [(-b - root) / a, (-b + root) / a] {
+            let behind = along + length * ray.cos_gamma < 0.0;
+            if behind && length > 1e-6 && length < end - 1e-6 {
+                self.breaks.push(length);
+            }
+        }
+    }
+
+    fn subdivide(&mut self, ray: &Ray, medium: &Medium, sampling: &Sampling) {
+        let mut start = 0.0;
+        let mut thin_depth = 0.0; // at the most transparent wavelength
+        self.points.push(ray.point(0.0, medium));
+        for k in 0..self.breaks.len() {
+            let stop = self.breaks[k];
+            while stop - start > 1e-9 {
+                let length = stop - start;
+                let here = self.points[self.points.len() - 1];
+                let far = ray.point(stop, medium);
+                let middle = ray.altitude_at(0.5 * (start + stop));
+                let dense = medium.extinction_bounds(here.z.min(far.z).min(middle.max(0.0)));
+                let rise = (far.z - here.z).abs() / (here.z.min(far.z) + 4.0);
+                let turn = length / ray.radius;
+                // later segments may be longer, in proportion to the light they still pass
+                let depth = sampling.depth * (1.0 + 0.5 * thin_depth);
+                let pieces = (length * dense[0] / depth)
+                    .max(rise / sampling.rise)
+                    .max(turn / sampling.turn)
+                    .ceil()
+                    .clamp(1.0, 1e4);
+                let step = length / pieces;
+                let next = if pieces > 1.0 { start + step } else { stop };
+                let middle = ray.point(start + 0.5 * (next - start), medium);
+                let last = ray.point(next, medium);
+                self.lengths.push(next - start);
+                self.points.push(middle);
+                self.points.push(last);
+                thin_depth += (next - start) * medium.extinction_bounds(middle.z)[1];
+                start = next;
+                if thin_depth > sampling.opaque {
+                    self.ground = false;
+                    return;
+                }
+            }
+        }
+    }
+}

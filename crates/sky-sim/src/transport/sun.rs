@@ -1,0 +1,207 @@
+//! Optical depth from any point of the atmosphere to the sun, along curved-Earth straight rays.
+//!
+//! Tabulated once as ln τ over altitude and the cosine of the local sun zenith angle. The second
+//! axis starts at the point's own geometric horizon, where the ground hides the sun.
+
+use super::lanes::{Lanes, ZERO, add_scaled, exp};
+use super::medium::{Between, LevelFinder, Medium};
+use rayon::prelude::*;
+use sky_core::quantity::EARTH_RADIUS_KM;
+
+/// Samples along the sun's axis.
+const SAMPLES: usize = 72;
+const SAMPLES_F: f64 = 72.0;
+/// Width of the fine part of the sun's axis, in cosine.
+const FINE: f64 = 0.02;
+/// Optical depths below this are zero for us; keeps the logarithm finite.
+const TINY: f64 = 1e-14;
+
+/// ln τ on levels × sun positions × wavelengths.
+#[derive(Clone, Debug)]
+pub(super) struct SunTable {
+    finder: LevelFinder,
+    vectors: usize,
+    log_depth: Vec<Lanes>,
+    horizon_cosine: Vec<f64>,
+}
+
+/// Where to read the table: rows and weights; `None` in the Earth's shadow.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct SunPlace {
+    rows: [usize; 8],
+    weights: [f64; 8],
+    pub(super) lit: bool,
+}
+
+/// Cosine of the zenith angle of the geometric horizon at an altitude.
+pub(super) fn horizon_cosine(z: f64) -> f64 {
+    let r = EARTH_RADIUS_KM + z.max(0.0);
+    -(z.max(0.0) * (r + EARTH_RADIUS_KM)).sqrt() / r
+}
+
+fn coordinate_from_cosine(cosine: f64, horizon: f64) -> f64 {
+    ((cosine - horizon).max(0.0) / FINE).asinh() / ((1.0 - horizon) / FINE).asinh()
+}
+
+fn cosine_from_coordinate(u: f64, horizon: f64) -> f64 {
+    horizon + FINE * (u * ((1.0 - horizon) / FINE).asinh()).sinh()
+}
+
+/// Cubic Lagrange weights on four equidistant samples, `t` counted from the first.
+fn cubic_weights(t: f64) -> [f64; 4] {
+    let (a, b, c, d) = (t, t - 1.0, t - 2.0, t - 3.0);
+    [-b * c * d / 6.0, a * c * d / 2.0, -a * b * d / 2.0, a * b * c / 6.0]
+}
+
+impl SunTable {
+    pub(super) fn new(medium: &Medium) -> Self {
+        // every other level is enough: ln τ is close to linear in altitude
+        let all = medium.finder.levels();
+        let mut levels: Vec<f64> = Vec::new();
+        for (i, z) in all.iter().enumerate() {
+            let last = levels.last().copied().unwrap_or(-1.0);
+            if i == 0 || i + 1 == all.len() || z - last > 0.19 {
+                levels.push(*z);
+            }
+        }
+        let horizon: Vec<f64> = levels.iter().map(|z| horizon_cosine(*z)).collect();
+        let vectors = medium.vectors;
+        let log_depth = levels
+            .par_iter()
+            .zip(&horizon)
+            .flat_map_iter(|(z, horizon)| {
+                let mut rows = vec![ZERO; SAMPLES * vectors];
+                for (k, row) in rows.chunks_exact_mut(vectors).enumerate() {
+                    let u = f64::from(u32::try_from(k).unwrap_or(0)) / (SAMPLES_F - 1.0);
+                    optical_depth_to_space(medium, *z, cosine_from_coordinate(u, *horizon), row);
+                    for v in row {
+                        for x in v {
+                            *x = x.max(TINY).ln();
+                        }
+                    }
+                }
+                rows
+            })
+            .collect();
+        Self { finder: LevelFinder::new(&levels), vectors, log_depth, horizon_cosine: horizon }
+    }
+
+    /// Locates a point at altitude `z` \[km\] that sees the sun's center at this cosine.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a sample number: clamped to the table"
+    )]
+    pub(super) fn place(&self, z: f64, cosine: f64) -> SunPlace {
+        let mut place = SunPlace { lit: cosine >= horizon_cosine(z), ..SunPlace::default() };
+        if !place.lit {
+            return place;
+        }
+        let Between { level, fraction } = self.finder.find(z);
+        for side in 0..2 {
+            let u = coordinate_from_cosine(cosine, self.horizon_cosine[level + side])
+                * (SAMPLES_F - 1.0);
+            let first = (u as usize).saturating_sub(1).min(SAMPLES - 4);
+            let first_f = f64::from(u32::try_from(first).unwrap_or(0));
+            let w = cubic_weights(u - first_f);
+            let share = if side == 0 { 1.0 - fraction } else { fraction };
+            for k in 0..4 {
+                place.rows[side * 4 + k] = ((level + side) * SAMPLES + first + k) * self.vectors;
+                place.weights[side * 4 + k] = w[k] * share;
+            }
+        }
+        place
+    }
+
+    /// Transmittance from the sun to the place.
+    #[inline(always)]
+    pub(super) fn transmittance(&self, place: &SunPlace, vector: usize) -> Lanes {
+        if !place.lit {
+            return ZERO;
+        }
+        let mut log_depth = ZERO;
+        for k in 0..8 {
+            add_scaled(&mut log_depth, place.weights[k], &self.log_depth[place.rows[k] + vector]);
+        }
+        let mut depth = exp(&log_depth);
+        for d in &mut depth {
+            *d = -*d;
+        }
+        exp(&depth)
+    }
+}
+
+/// Optical depth from a point to the top of the atmosphere, added to `out` (one row of vectors).
+///
+/// The ray must clear the ground. Extinction is linear between levels and r(ℓ) smooth, so Simpson's
+/// rule in each shell is as good as exact.
+pub(super) fn optical_depth_to_space(medium: &Medium, z: f64, cosine: f64, out: &mut [Lanes]) {
+    let r0 = EARTH_RADIUS_KM + z;
+    let impact = r0 * ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt();
+    if cosine < 0.0 {
+        let tangent = (impact - EARTH_RADIUS_KM).max(0.0);
+        shells_above(medium, tangent, z, impact, out);
+        shells_above(medium, tangent, medium.top_km(), impact, out);
+    } else {
+        shells_above(medium, z, medium.top_km(), impact, out);
+    }
+}
+
+/// Adds the optical depth of a straight ray of given impact parameter between two altitudes.
+fn shells_above(medium: &Medium, from: f64, to: f64, impact: f64, out: &mut [Lanes]) {
+    let levels = medium.finder.levels();
+    let length = |z: f64| {
+        let r = EARTH_RADIUS_KM + z;
+        ((r - impact) * (r + impact)).max(0.0).sqrt()
+    };
+    let mut k = medium.finder.find(from).level;
+    let mut a = from;
+    let mut length_a = length(a);
+    while a < to && k + 1 < levels.len() {
+        let b = levels[k + 1].min(to);
+        if b > a {
+            let length_b = length(b);
+            let path = length_b - length_a;
+            let middle = 0.5 * (length_a + length_b);
+            let z_middle = (impact * impact + middle * middle).sqrt() - EARTH_RADIUS_KM;
+            let f = |z: f64| ((z - levels[k]) / (levels[k + 1] - levels[k])).clamp(0.0, 1.0);
+            let upper = (f(a) + 4.0 * f(z_middle) + f(b)) / 6.0;
+            for (v, lanes) in out.iter_mut().enumerate() {
+                let row = k * medium.vectors + v;
+                add_scaled(lanes, path * (1.0 - upper), &medium.extinction[row]);
+                add_scaled(lanes, path * upper, &medium.extinction[row + medium.vectors]);
+            }
+            length_a = length_b;
+        }
+        a = b;
+        k += 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sun_axis_and_its_inverse_round_trip() {
+        for n in [2_u32, 32, 257] {
+            for horizon in [0.0, -0.05, -0.17] {
+                for i in 0..n {
+                    let u = f64::from(i) / f64::from(n - 1);
+                    let back = coordinate_from_cosine(cosine_from_coordinate(u, horizon), horizon);
+                    assert!((back - u).abs() < 1e-12);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn cubic_weights_reproduce_a_cubic() {
+        let f = |t: f64| 1.0 - 2.0 * t + 0.5 * t * t - 0.25 * t * t * t;
+        for t in [0.0, 0.7, 1.5, 2.2, 3.0] {
+            let w = cubic_weights(t);
+            let got = w[0] * f(0.0) + w[1] * f(1.0) + w[2] * f(2.0) + w[3] * f(3.0);
+            assert!((got - f(t)).abs() < 1e-12);
+        }
+    }
+}

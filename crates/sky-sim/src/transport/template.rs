@@ -1,0 +1,107 @@
+//! A ray's path without its azimuth: where the diffuse source is read along it, and how much of each
+//! reading arrives.
+//!
+//! Extinction depends on altitude alone, so all rays that leave a point at one zenith angle share
+//! the same attenuation. It is integrated finely once; what remains of a ray is a short weighted sum.
+
+use super::field::Grid;
+use super::lanes::{Lanes, WIDTH, ZERO, simpson_transmittance};
+use super::medium::{Between, Medium};
+use super::path::{Path, Ray, Sampling};
+
+/// A place along the path where the source is read.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stop {
+    /// Distance from the start \[km\].
+    pub(super) length: f64,
+    /// Distance from the Earth's center \[km\].
+    pub(super) radius: f64,
+    /// Cosine of the angle between the ray and the local vertical.
+    pub(super) cosine: f64,
+    /// Place among the shells of the field.
+    pub(super) shell: Between,
+}
+
+/// The stops of a path and their weights.
+#[derive(Clone, Debug)]
+pub(super) struct Template {
+    pub(super) radius: f64,
+    pub(super) cosine: f64,
+    pub(super) stops: Vec<Stop>,
+    /// Radiance per unit source (per unit scattering), `[stop * vectors + vector]` \[1\].
+    pub(super) weights: Vec<Lanes>,
+    /// Transmittance to the ground at the last stop; empty if the path ends in space or darkness.
+    pub(super) ground: Vec<Lanes>,
+}
+
+/// Sampling of the source: by shells and the turn of the vertical only.
+const STOPS: Sampling = Sampling { depth: f64::INFINITY, rise: 1.5, turn: 0.02, opaque: f64::INFINITY };
+
+impl Template {
+    /// Integrates the attenuation along a ray that leaves radius \[km\] at a zenith cosine.
+    pub(super) fn new(
+        radius: f64,
+        cosine: f64,
+        medium: &Medium,
+        grid: &Grid,
+        shells: &[f64],
+        sampling: &Sampling,
+        path: &mut Path,
+    ) -> Self {
+        // an azimuth-free ray: a sun in the zenith casts no shadow on it
+        let ray = Ray { radius, cosine, sun_cosine: 1.0, cos_gamma: cosine };
+        path.trace(&ray, medium, grid.shells.levels(), &STOPS);
+        let stops: Vec<Stop> = path
+            .points
+            .iter()
+            .step_by(2)
+            .map(|p| Stop {
+                length: p.length,
+                radius: sky_core::quantity::EARTH_RADIUS_KM + p.z,
+                cosine: p.cosine,
+                shell: grid.shells.find(p.z),
+            })
+            .collect();
+        path.trace(&ray, medium, shells, sampling);
+        let vectors = medium.vectors;
+        let mut weights = vec![ZERO; stops.len() * vectors];
+        let mut ground = Vec::new();
+        for v in 0..vectors {
+            let mut through = [1.0; WIDTH];
+            let mut extinction = medium.at(&medium.extinction, path.points[0].place, v);
+            let mut stop = 0;
+            for (k, length) in path.lengths.iter().enumerate() {
+                let [e_m, e_b] = [1, 2]
+                    .map(|i| medium.at(&medium.extinction, path.points[2 * k + i].place, v));
+                let (middle, end) = simpson_transmittance(*length, &extinction, &e_m, &e_b);
+                for (i, simpson) in [(0, 1.0), (1, 4.0), (2, 1.0)] {
+                    let point = &path.points[2 * k + i];
+                    while stop + 2 < stops.len() && stops[stop + 1].length < point.length {
+                        stop += 1;
+                    }
+                    let span = (stops[stop + 1].length - stops[stop].length).max(1e-12);
+                    let f = ((point.length - stops[stop].length) / span).clamp(0.0, 1.0);
+                    let scattering = medium.at(&medium.scattering, point.place, v);
+                    for l in 0..WIDTH {
+                        let attenuation = match i {
+                            0 => through[l],
+                            1 => through[l] * middle[l],
+                            _ => through[l] * end[l],
+                        };
+                        let w = attenuation * scattering[l] * length * simpson / 6.0;
+                        weights[stop * vectors + v][l] += (1.0 - f) * w;
+                        weights[(stop + 1) * vectors + v][l] += f * w;
+                    }
+                }
+                for l in 0..WIDTH {
+                    through[l] *= end[l];
+                }
+                extinction = e_b;
+            }
+            if path.ground {
+                ground.push(through);
+            }
+        }
+        Self { radius, cosine, stops, weights, ground }
+    }
+}
