@@ -6,9 +6,11 @@
 
 pub mod color;
 pub mod air_mass;
+pub mod axis;
 pub mod direction;
 pub mod metrics;
 pub mod haze;
+pub mod lut;
 pub mod perez;
 pub mod quantity;
 pub mod sky_model;

@@ -82,6 +82,8 @@ pub(super) fn as_f64(n: usize) -> f64 {
 pub(super) struct Grid {
     pub(super) shells: LevelFinder,
     pub(super) columns: LevelFinder,
+    /// Harmonics used at each shell: where the air is clean, the first few.
+    pub(super) counts: Vec<usize>,
 }
 
 /// Four corners of the grid and their weights.
@@ -89,6 +91,8 @@ pub(super) struct Grid {
 pub(super) struct Corners {
     pub(super) node: [usize; 4],
     pub(super) weight: [f64; 4],
+    /// Harmonics that the shells at hand use.
+    pub(super) count: usize,
 }
 
 impl Grid {
@@ -105,22 +109,52 @@ impl Grid {
     pub(super) fn corners(&self, shell: Between, sun_cosine: f64, field: &Field) -> Corners {
         let sun_zenith_deg = Angle::from_radians(sun_cosine.acos()).degrees();
         let column = self.columns.find(sun_zenith_deg);
-        let mut corners = Corners::default();
+        let mut corners = Corners {
+            count: self.counts[shell.level].max(self.counts[shell.level + 1]),
+            ..Corners::default()
+        };
+        let sun_weights = self.cubic_weights(column, sun_zenith_deg);
         let mut mean = 0.0;
-        for k in 0..4 {
-            let (up, on) = (k & 1, k >> 1);
-            let w = if up == 0 { 1.0 - shell.fraction } else { shell.fraction }
-                * if on == 0 { 1.0 - column.fraction } else { column.fraction };
-            let node = self.node(shell.level + up, column.level + on);
-            corners.node[k] = node;
-            corners.weight[k] = w * field.inverse_scale[node];
-            mean += w * field.log_scale[node];
+        for up in 0..2 {
+            let share = if up == 0 { 1.0 - shell.fraction } else { shell.fraction };
+            for on in 0..2 {
+                let w = share * if on == 0 { 1.0 - column.fraction } else { column.fraction };
+                let node = self.node(shell.level + up, column.level + on);
+                corners.node[2 * on + up] = node;
+                corners.weight[2 * on + up] = w * field.inverse_scale[node];
+            }
+            for (k, w) in sun_weights.1.iter().enumerate() {
+                mean += share * w * field.log_scale[self.node(shell.level + up, sun_weights.0 + k)];
+            }
         }
         let scale = mean.exp();
         corners.weight = corners.weight.map(|w| w * scale);
         corners
     }
+
+    /// First column and weights of a cubic through four columns around a sun; a straight line at the
+    /// ends of the grid and where the field falls off into the dark.
+    fn cubic_weights(&self, column: Between, sun_zenith_deg: f64) -> (usize, [f64; 4]) {
+        let x = self.columns.levels();
+        let first = column.level.saturating_sub(1).min(x.len() - 4);
+        let mut w = [0.0; 4];
+        if column.level == 0 || column.level + 2 >= x.len() || sun_zenith_deg > LAST_SMOOTH_COLUMN_DEG {
+            w[column.level - first] = 1.0 - column.fraction;
+            w[column.level + 1 - first] = column.fraction;
+            return (first, w);
+        }
+        for (i, w) in w.iter_mut().enumerate() {
+            *w = (0..4)
+                .filter(|j| *j != i)
+                .map(|j| (sun_zenith_deg - x[first + j]) / (x[first + i] - x[first + j]))
+                .product();
+        }
+        (first, w)
+    }
 }
+
+/// Beyond this local sun zenith angle single scattering ends within the grid's columns.
+const LAST_SMOOTH_COLUMN_DEG: f64 = 95.0;
 
 /// Moments of the field at each node of the grid, already weighted by the phase function: the source
 /// of a direction, per unit scattering coefficient, is the sum of moments times harmonics.
@@ -137,19 +171,23 @@ pub(super) struct Field {
 }
 
 impl Field {
-    /// Adds an order of scattering, or a multiple of it for each wavelength.
+    /// Adds an order of scattering, or a multiple of it, `[column * vectors + vector]`.
     pub(super) fn add(&mut self, order: &Self, factor: Option<&[Lanes]>, vectors: usize, count: usize) {
+        let shells = self.log_scale.len() * vectors / self.ground_irradiance.len();
         let one = [1.0; WIDTH];
-        let add = |to: &mut [Lanes], from: &[Lanes], stride: usize| {
-            for (k, (a, b)) in to.iter_mut().zip(from).enumerate() {
-                let w = factor.map_or(&one, |f| &f[(k / stride) % vectors]);
-                for l in 0..WIDTH {
-                    a[l] += w[l] * b[l];
-                }
+        let factor = |column: usize, vector: usize| factor.map_or(&one, |f| &f[column * vectors + vector]);
+        let add = |a: &mut Lanes, b: &Lanes, w: &Lanes| {
+            for l in 0..WIDTH {
+                a[l] += w[l] * b[l];
             }
         };
-        add(&mut self.moments, &order.moments, count);
-        add(&mut self.ground_irradiance, &order.ground_irradiance, 1);
+        for (i, (a, b)) in self.moments.iter_mut().zip(&order.moments).enumerate() {
+            let (node, vector) = (i / count / vectors, i / count % vectors);
+            add(a, b, factor(node / shells, vector));
+        }
+        for (i, (a, b)) in self.ground_irradiance.iter_mut().zip(&order.ground_irradiance).enumerate() {
+            add(a, b, factor(i / vectors, i % vectors));
+        }
     }
 
     /// Sets the size of the field at each node: the sum over wavelength of the zeroth moment.

@@ -1,7 +1,8 @@
 //! The optical profile, laid out for ray integration.
 
-use super::lanes::{Lanes, WIDTH, lerp, pack, vectors};
+use super::lanes::{Lanes, WIDTH, ZERO, lerp, pack, vectors};
 use crate::optics::OpticalProfile;
+use crate::phase;
 use sky_core::quantity::EARTH_RADIUS_KM;
 
 /// A place between two levels: the lower one and the fraction of the way to the next.
@@ -195,6 +196,20 @@ impl Medium {
     pub(super) fn at(&self, table: &[Lanes], place: Between, vector: usize) -> Lanes {
         let row = place.level * self.vectors + vector;
         lerp(&table[row], &table[row + self.vectors], place.fraction)
+    }
+
+    /// Aerosol phase function at a place \[sr⁻¹\].
+    #[inline(always)]
+    pub(super) fn aerosol_phase(&self, place: Between, vector: usize, cos_gamma: f64) -> Lanes {
+        let g = self.at(&self.g, place, vector);
+        let g2 = self.at(&self.g2, place, vector);
+        let w = self.at(&self.g_weight, place, vector);
+        let mut p = ZERO;
+        for l in 0..WIDTH {
+            p[l] = w[l] * phase::henyey_greenstein(cos_gamma, g[l])
+                + (1.0 - w[l]) * phase::henyey_greenstein(cos_gamma, g2[l]);
+        }
+        p
     }
 
     /// Largest and smallest extinction over wavelength at an altitude \[km⁻¹\].

@@ -76,12 +76,12 @@ impl Default for TransportSettings {
         Self {
             degree: None,
             zenith_points: [6, 5, 4],
-            azimuth_points: 6,
+            azimuth_points: 8,
             most_orders: 60,
             tolerance: 2e-3,
             shells_km: vec![
-                0.0, 0.2, 0.6, 1.2, 2.0, 3.0, 4.5, 6.5, 9.0, 12.0, 15.0, 18.5, 22.0, 26.0, 31.0, 37.0,
-                45.0, 55.0, 70.0, 100.0,
+                0.0, 0.1, 0.3, 0.6, 1.0, 1.5, 2.1, 2.9, 4.0, 5.5, 7.5, 10.0, 12.5, 15.5, 19.0, 23.0, 27.0,
+                32.0, 38.0, 46.0, 56.0, 70.0, 100.0,
             ],
             columns_deg: vec![
                 0.0, 15.0, 30.0, 45.0, 57.0, 66.0, 73.0, 78.5, 82.5, 85.5, 87.5, 89.0, 90.5, 92.0, 93.5,
@@ -160,10 +160,15 @@ impl Transport {
         let mut shells: Vec<f64> =
             settings.shells_km.iter().copied().filter(|z| *z < top - 1e-6).collect();
         shells.push(top);
-        let grid =
-            Grid { shells: LevelFinder::new(&shells), columns: LevelFinder::new(&settings.columns_deg) };
-        let degree = settings.degree.unwrap_or_else(|| degree_for(&medium));
+        let degrees: Vec<usize> =
+            shells.iter().map(|z| settings.degree.unwrap_or_else(|| degree_at(&medium, *z))).collect();
+        let degree = degrees.iter().copied().max().unwrap_or(2);
         let harmonics = Harmonics::new(degree);
+        let grid = Grid {
+            shells: LevelFinder::new(&shells),
+            columns: LevelFinder::new(&settings.columns_deg),
+            counts: degrees.iter().map(|d| (d + 1) * (d + 2) / 2).collect(),
+        };
         let view_shells = medium.segment_levels(0.12);
         let mut field_shells = medium.segment_levels(0.5);
         field_shells.extend(&shells);
@@ -278,6 +283,7 @@ impl Transport {
             .collect();
         let mut order = self.gather(&rays, None);
         let mut total = order.clone();
+        let mut last_limit = self.column_sums(&total);
         let mut share = f64::INFINITY;
         let (vectors, count) = (self.medium.vectors, self.harmonics.count());
         while share > settings.tolerance {
@@ -290,31 +296,23 @@ impl Transport {
             }
             let next = self.gather(&rays, Some(&order));
             self.orders += 1;
-            // how fast the series falls: per wavelength, over the whole grid
-            let sum = |f: &Field, v: usize| {
-                let mut s = ZERO;
-                for node in 0..self.grid.nodes() {
-                    add_scaled(&mut s, 1.0, &f.moments[(node * vectors + v) * count]);
-                }
-                s
-            };
-            let mut tail = Vec::with_capacity(vectors);
+            total.add(&next, None, vectors, count);
+            // the rest of the series, if each column's light goes on falling by the same ratio
+            let (fallen, fresh, sum) =
+                (self.column_sums(&order), self.column_sums(&next), self.column_sums(&total));
+            let mut tail = vec![ZERO; sum.len()];
             share = 0.0;
-            for v in 0..vectors {
-                let (a, b, all) = (sum(&order, v), sum(&next, v), sum(&total, v));
-                let t: Lanes = core::array::from_fn(|l| {
-                    let q = if a[l] > 0.0 { (b[l] / a[l]).min(0.98) } else { 0.0 };
-                    q / (1.0 - q)
-                });
+            for (i, tail) in tail.iter_mut().enumerate() {
                 for l in 0..WIDTH {
-                    if all[l] > 0.0 {
-                        // the extrapolated rest, of which the extrapolation misses a part
-                        share = share.max(0.3 * t[l] * b[l] / all[l]);
+                    if sum[i][l] > 0.0 && fallen[i][l] > 0.0 {
+                        let q = (fresh[i][l] / fallen[i][l]).min(0.99);
+                        tail[l] = q / (1.0 - q);
+                        let limit = sum[i][l] + tail[l] * fresh[i][l];
+                        share = share.max((limit / last_limit[i][l] - 1.0).abs());
+                        last_limit[i][l] = limit;
                     }
                 }
-                tail.push(t);
             }
-            total.add(&next, None, vectors, count);
             if share <= settings.tolerance {
                 total.add(&next, Some(&tail), vectors, count);
             }
@@ -323,6 +321,18 @@ impl Transport {
         total.measure(vectors, count);
         self.field = total;
         Ok(())
+    }
+
+    /// Zeroth moments summed over the shells of each column, `[column * vectors + vector]`.
+    fn column_sums(&self, field: &Field) -> Vec<Lanes> {
+        let (vectors, count) = (self.medium.vectors, self.harmonics.count());
+        let shells = self.grid.shells.levels().len();
+        let mut sums = vec![ZERO; self.grid.columns.levels().len() * vectors];
+        for (i, moments) in field.moments.chunks_exact(count).enumerate() {
+            let (node, v) = (i / vectors, i % vectors);
+            add_scaled(&mut sums[node / shells * vectors + v], 1.0, &moments[0]);
+        }
+        sums
     }
 
     /// The field's directions at a shell; zenith intervals meet at the shell's own horizon.
@@ -403,7 +413,7 @@ impl Transport {
                 scratch.radiance.clear();
                 scratch.radiance.resize(vectors, ZERO);
                 match source {
-                    None => self.add_single(&ray, &self.field_shells, &FIELD_SAMPLING, scratch),
+                    None => self.add_sunlight(&ray, template, scratch),
                     Some(field) => self.add_diffuse(&ray, template, field, scratch),
                 }
                 self.harmonics.evaluate(mu, *cos_azimuth, &mut basis);
@@ -463,16 +473,37 @@ impl Transport {
             let sun_cosine = sun_cosine_at(ray, stop);
             let corners = self.grid.corners(stop.shell, sun_cosine, field);
             self.harmonics.evaluate(stop.cosine, cos_azimuth_at(ray, stop, sun_cosine), basis);
+            let used = &basis[..corners.count];
             let weights = &template.weights[k * vectors..(k + 1) * vectors];
             let ground = if k == last { template.ground.as_slice() } else { &[] };
             pulp::Arch::new().dispatch(DiffuseStop {
                 field,
                 corners: &corners,
-                basis,
+                stride: count,
+                basis: used,
                 weights,
                 ground,
                 reflectance: self.albedo / core::f64::consts::PI,
                 shells: self.grid.shells.levels().len(),
+                radiance,
+            });
+        }
+    }
+
+    /// Adds sunlight scattered once to `scratch.radiance`, read at the template's stops alone: enough
+    /// for the source of the next order.
+    fn add_sunlight(&self, ray: &Ray, template: &Template, scratch: &mut Scratch) {
+        let Scratch { sun, radiance, .. } = scratch;
+        sun.clear();
+        sun.extend(template.stops.iter().map(|stop| self.sun.place(stop.z, sun_cosine_at(ray, stop))));
+        if sun.iter().any(|s| s.lit) {
+            pulp::Arch::new().dispatch(SunlitStops {
+                medium: &self.medium,
+                table: &self.sun,
+                ray,
+                template,
+                sun,
+                reflectance: self.albedo / core::f64::consts::PI,
                 radiance,
             });
         }
@@ -503,6 +534,8 @@ impl Transport {
 struct DiffuseStop<'a> {
     field: &'a Field,
     corners: &'a Corners,
+    /// Harmonics stored for each node and vector.
+    stride: usize,
     basis: &'a [f64],
     weights: &'a [Lanes],
     ground: &'a [Lanes],
@@ -516,14 +549,14 @@ impl pulp::NullaryFnOnce for DiffuseStop<'_> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { field, corners, basis, weights, ground, reflectance, shells, radiance } = self;
-        let (vectors, count) = (radiance.len(), basis.len());
+        let Self { field, corners, stride, basis, weights, ground, reflectance, shells, radiance } = self;
+        let vectors = radiance.len();
         for (v, out) in radiance.iter_mut().enumerate() {
             let mut s = ZERO;
             for c in 0..4 {
-                let first = (corners.node[c] * vectors + v) * count;
+                let first = (corners.node[c] * vectors + v) * stride;
                 let w = corners.weight[c];
-                for (m, y) in field.moments[first..first + count].iter().zip(basis.iter()) {
+                for (m, y) in field.moments[first..first + basis.len()].iter().zip(basis) {
                     add_scaled(&mut s, w * y, m);
                 }
             }
@@ -538,6 +571,58 @@ impl pulp::NullaryFnOnce for DiffuseStop<'_> {
                 }
                 for l in 0..WIDTH {
                     out[l] += through[l] * irradiance[l] * reflectance;
+                }
+            }
+        }
+    }
+}
+
+/// Inner loop: sunlight scattered once at the stops of a ray, all wavelengths.
+struct SunlitStops<'a> {
+    medium: &'a Medium,
+    table: &'a SunTable,
+    ray: &'a Ray,
+    template: &'a Template,
+    sun: &'a [SunPlace],
+    reflectance: f64,
+    radiance: &'a mut [Lanes],
+}
+
+impl pulp::NullaryFnOnce for SunlitStops<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { medium: m, table, ray, template, sun, reflectance, radiance } = self;
+        let rayleigh_phase = phase::rayleigh(ray.cos_gamma, m.depolarization);
+        let vectors = radiance.len();
+        for (k, stop) in template.stops.iter().enumerate() {
+            if !sun[k].lit {
+                continue;
+            }
+            let hazy = m.hazy[stop.place.level] || m.hazy[stop.place.level + 1];
+            for (v, out) in radiance.iter_mut().enumerate() {
+                let t = table.transmittance(&sun[k], v);
+                let rayleigh = &template.rayleigh[k * vectors + v];
+                for l in 0..WIDTH {
+                    out[l] += t[l] * rayleigh[l] * rayleigh_phase;
+                }
+                if hazy {
+                    let aerosol = &template.aerosol[k * vectors + v];
+                    let p = m.aerosol_phase(stop.place, v, ray.cos_gamma);
+                    for l in 0..WIDTH {
+                        out[l] += t[l] * aerosol[l] * p[l];
+                    }
+                }
+            }
+        }
+        let last = template.stops.len() - 1;
+        let cosine = sun_cosine_at(ray, &template.stops[last]);
+        if cosine > 0.0 && sun[last].lit {
+            for (v, through) in template.ground.iter().enumerate() {
+                let t = table.transmittance(&sun[last], v);
+                for l in 0..WIDTH {
+                    radiance[v][l] += through[l] * t[l] * cosine * reflectance;
                 }
             }
         }
@@ -570,13 +655,9 @@ impl SingleSweep<'_> {
         }
         if m.hazy[place.level] || m.hazy[place.level + 1] {
             let aerosol = m.at(&m.aerosol, place, v);
-            let g = m.at(&m.g, place, v);
-            let g2 = m.at(&m.g2, place, v);
-            let w = m.at(&m.g_weight, place, v);
+            let p = m.aerosol_phase(place, v, mu);
             for l in 0..WIDTH {
-                scattered[l] += aerosol[l]
-                    * (w[l] * phase::henyey_greenstein(mu, g[l])
-                        + (1.0 - w[l]) * phase::henyey_greenstein(mu, g2[l]));
+                scattered[l] += aerosol[l] * p[l];
             }
         }
         let t = self.table.transmittance(&self.sun[i], v);
@@ -643,12 +724,19 @@ fn cos_azimuth_at(ray: &Ray, stop: &Stop, sun_cosine: f64) -> f64 {
     }
 }
 
-/// Highest degree of harmonics that the haze's forward peak asks for.
-fn degree_for(medium: &Medium) -> usize {
-    if !medium.hazy.iter().any(|h| *h) {
-        return 2;
-    }
-    // twice-scattered light has moments of g^2
-    let g2 = medium.largest_g.powi(2);
-    (3..=16_u32).find(|l| f64::from(2 * l + 1) * g2.powi(l.cast_signed()) < 0.3).map_or(16, |l| l as usize)
+/// Highest degree of harmonics that the phase function at an altitude asks for: the source of the
+/// diffuse light is a convolution, and light that has been scattered twice has the product of two
+/// moments.
+fn degree_at(medium: &Medium, z: f64) -> usize {
+    let place = medium.finder.find(z);
+    let all = medium.at(&medium.scattering, place, medium.vectors - 1);
+    let aerosol = medium.at(&medium.aerosol, place, medium.vectors - 1);
+    let share = (0..WIDTH).fold(0.0_f64, |s, l| if all[l] > 0.0 { s.max(aerosol[l] / all[l]) } else { s });
+    let g = medium.largest_g;
+    (2..=12_usize)
+        .find(|l| share * (2.0 * as_f64(*l) + 3.0) * g.powi(2).powf(as_f64(*l) + 1.0) < HARMONICS_TOLERANCE)
+        .unwrap_or(12)
 }
+
+/// Largest neglected moment of doubly scattered light, relative to its mean.
+const HARMONICS_TOLERANCE: f64 = 0.1;

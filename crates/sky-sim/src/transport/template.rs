@@ -20,6 +20,10 @@ pub(super) struct Stop {
     pub(super) cosine: f64,
     /// Place among the shells of the field.
     pub(super) shell: Between,
+    /// Place among the medium's levels.
+    pub(super) place: Between,
+    /// Altitude \[km\].
+    pub(super) z: f64,
 }
 
 /// The stops of a path and their weights.
@@ -28,7 +32,10 @@ pub(super) struct Template {
     pub(super) radius: f64,
     pub(super) cosine: f64,
     pub(super) stops: Vec<Stop>,
-    /// Radiance per unit source (per unit scattering), `[stop * vectors + vector]` \[1\].
+    /// Scattering optical depth that arrives from around each stop: molecules, aerosol, and both;
+    /// `[stop * vectors + vector]` \[1\].
+    pub(super) rayleigh: Vec<Lanes>,
+    pub(super) aerosol: Vec<Lanes>,
     pub(super) weights: Vec<Lanes>,
     /// Transmittance to the ground at the last stop; empty if the path ends in space or darkness.
     pub(super) ground: Vec<Lanes>,
@@ -60,11 +67,14 @@ impl Template {
                 radius: sky_core::quantity::EARTH_RADIUS_KM + p.z,
                 cosine: p.cosine,
                 shell: grid.shells.find(p.z),
+                place: p.place,
+                z: p.z,
             })
             .collect();
         path.trace(&ray, medium, shells, sampling);
         let vectors = medium.vectors;
-        let mut weights = vec![ZERO; stops.len() * vectors];
+        let mut rayleigh = vec![ZERO; stops.len() * vectors];
+        let mut aerosol = rayleigh.clone();
         let mut ground = Vec::new();
         for v in 0..vectors {
             let mut through = [1.0; WIDTH];
@@ -81,16 +91,20 @@ impl Template {
                     }
                     let span = (stops[stop + 1].length - stops[stop].length).max(1e-12);
                     let f = ((point.length - stops[stop].length) / span).clamp(0.0, 1.0);
-                    let scattering = medium.at(&medium.scattering, point.place, v);
-                    for l in 0..WIDTH {
-                        let attenuation = match i {
-                            0 => through[l],
-                            1 => through[l] * middle[l],
-                            _ => through[l] * end[l],
-                        };
-                        let w = attenuation * scattering[l] * length * simpson / 6.0;
-                        weights[stop * vectors + v][l] += (1.0 - f) * w;
-                        weights[(stop + 1) * vectors + v][l] += f * w;
+                    for (table, weights) in
+                        [(&medium.rayleigh, &mut rayleigh), (&medium.aerosol, &mut aerosol)]
+                    {
+                        let scattering = medium.at(table, point.place, v);
+                        for l in 0..WIDTH {
+                            let attenuation = match i {
+                                0 => through[l],
+                                1 => through[l] * middle[l],
+                                _ => through[l] * end[l],
+                            };
+                            let w = attenuation * scattering[l] * length * simpson / 6.0;
+                            weights[stop * vectors + v][l] += (1.0 - f) * w;
+                            weights[(stop + 1) * vectors + v][l] += f * w;
+                        }
                     }
                 }
                 for l in 0..WIDTH {
@@ -102,6 +116,11 @@ impl Template {
                 ground.push(through);
             }
         }
-        Self { radius, cosine, stops, weights, ground }
+        let weights = rayleigh
+            .iter()
+            .zip(&aerosol)
+            .map(|(r, a)| core::array::from_fn(|l| r[l] + a[l]))
+            .collect();
+        Self { radius, cosine, stops, rayleigh, aerosol, weights, ground }
     }
 }

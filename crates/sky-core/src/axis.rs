@@ -1,0 +1,276 @@
+//! An axis of a table: from a value to its place between nodes, and back.
+//!
+//! This is the one place where values become table coordinates. Outside its first and last node an
+//! axis has no answer: nothing is clamped.
+
+use serde::{Deserialize, Serialize};
+
+/// Ascending node values of one quantity, at least two.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "UncheckedAxis")]
+pub struct Axis {
+    unit: String,
+    nodes: Vec<f64>,
+}
+
+/// What an axis looks like before it is checked.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct UncheckedAxis {
+    unit: String,
+    nodes: Vec<f64>,
+}
+
+/// A place between two nodes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cell {
+    /// Index of the node below; the node above is the next one.
+    pub lower: usize,
+    /// Share of the way from the lower node to the upper, 0 to 1.
+    pub fraction: f64,
+}
+
+/// Node values that make no axis.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum AxisError {
+    /// Nothing to interpolate between.
+    #[error("axis: expected at least 2 nodes, found {found}")]
+    TooFewNodes {
+        /// Number of nodes.
+        found: usize,
+    },
+    /// NaN or an infinity.
+    #[error("axis: node {index}: expected a finite number, found {found}")]
+    NotFinite {
+        /// Which node, from 0.
+        index: usize,
+        /// The value.
+        found: f64,
+    },
+    /// A node that does not lie above the one before.
+    #[error("axis: node {index}: expected ascending values, more than {before}, found {found}")]
+    NotAscending {
+        /// Which node, from 0.
+        index: usize,
+        /// The value of the node before.
+        before: f64,
+        /// The value.
+        found: f64,
+    },
+}
+
+impl Axis {
+    /// From the name of a unit and ascending node values in it.
+    ///
+    /// # Errors
+    /// Refuses fewer than two nodes, and names the first node that is not finite or not ascending.
+    pub fn new(unit: impl Into<String>, nodes: Vec<f64>) -> Result<Self, AxisError> {
+        if nodes.len() < 2 {
+            return Err(AxisError::TooFewNodes { found: nodes.len() });
+        }
+        for (index, &found) in nodes.iter().enumerate() {
+            if !found.is_finite() {
+                return Err(AxisError::NotFinite { index, found });
+            }
+        }
+        for (index, pair) in nodes.windows(2).enumerate() {
+            let (before, found) = (pair[0], pair[1]);
+            if found <= before {
+                return Err(AxisError::NotAscending {
+                    index: index + 1,
+                    before,
+                    found,
+                });
+            }
+        }
+        Ok(Self {
+            unit: unit.into(),
+            nodes,
+        })
+    }
+
+    /// Name of the nodes' unit, `1` for a pure number.
+    #[must_use]
+    pub fn unit(&self) -> &str {
+        &self.unit
+    }
+
+    /// The node values.
+    #[must_use]
+    pub fn nodes(&self) -> &[f64] {
+        &self.nodes
+    }
+
+    /// Number of nodes, at least 2.
+    #[must_use]
+    #[expect(
+        clippy::len_without_is_empty,
+        reason = "an axis is never empty, so there is nothing to ask"
+    )]
+    pub fn len(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// First and last node value.
+    #[must_use]
+    pub fn bounds(&self) -> [f64; 2] {
+        [self.nodes[0], self.nodes[self.nodes.len() - 1]]
+    }
+
+    /// The cell that holds a value, `None` outside the bounds and for NaN.
+    ///
+    /// A value on an inner node is fraction 0 of the cell above it; the last node is fraction 1 of the
+    /// last cell.
+    #[must_use]
+    pub fn cell_from_value(&self, value: f64) -> Option<Cell> {
+        let [first, last] = self.bounds();
+        if !(value >= first && value <= last) {
+            return None;
+        }
+        let above = self.nodes.partition_point(|node| *node <= value);
+        let lower = above.min(self.nodes.len() - 1) - 1;
+        let (from, to) = (self.nodes[lower], self.nodes[lower + 1]);
+        Some(Cell {
+            lower,
+            fraction: (value - from) / (to - from),
+        })
+    }
+
+    /// The value at a place in a cell, inverse of [`Self::cell_from_value`]; `None` where the axis has
+    /// no such cell or the fraction is not within 0 to 1.
+    #[must_use]
+    pub fn value_from_cell(&self, cell: Cell) -> Option<f64> {
+        let from = *self.nodes.get(cell.lower)?;
+        let to = *self.nodes.get(cell.lower + 1)?;
+        (0.0..=1.0)
+            .contains(&cell.fraction)
+            .then_some(from * (1.0 - cell.fraction) + to * cell.fraction)
+    }
+
+    /// Table coordinate of a value: the node's index at a node, linear between; `None` outside.
+    #[must_use]
+    pub fn coordinate_from_value(&self, value: f64) -> Option<f64> {
+        self.cell_from_value(value)
+            .map(|cell| index_as_f64(cell.lower) + cell.fraction)
+    }
+
+    /// Value at a table coordinate, inverse of [`Self::coordinate_from_value`]; `None` outside 0 to
+    /// `len() - 1`.
+    #[must_use]
+    pub fn value_from_coordinate(&self, coordinate: f64) -> Option<f64> {
+        let last = self.nodes.len() - 1;
+        if !(coordinate >= 0.0 && coordinate <= index_as_f64(last)) {
+            return None;
+        }
+        let lower = (0..last)
+            .rev()
+            .find(|node| index_as_f64(*node) <= coordinate)?;
+        self.value_from_cell(Cell {
+            lower,
+            fraction: coordinate - index_as_f64(lower),
+        })
+    }
+}
+
+impl TryFrom<UncheckedAxis> for Axis {
+    type Error = AxisError;
+
+    fn try_from(axis: UncheckedAxis) -> Result<Self, AxisError> {
+        Self::new(axis.unit, axis.nodes)
+    }
+}
+
+/// Exact up to 2³² nodes.
+fn index_as_f64(index: usize) -> f64 {
+    u32::try_from(index).map_or(f64::INFINITY, f64::from)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Uneven nodes: dense below, like the altitudes of a sky.
+    fn uneven(count: u32) -> Axis {
+        let nodes = (0..count)
+            .map(|i| 30.0 * (f64::from(i) / f64::from(count - 1)).powi(2) - 1.0)
+            .collect();
+        Axis::new("km", nodes).unwrap()
+    }
+
+    #[test]
+    fn coordinate_and_value_are_inverse() {
+        for count in [2, 32, 257] {
+            let axis = uneven(count);
+            for i in 0..=10_000 {
+                let value = 30.0 * f64::from(i) / 10_000.0 - 1.0;
+                let coordinate = axis.coordinate_from_value(value).unwrap();
+                let back = axis.value_from_coordinate(coordinate).unwrap();
+                assert!((back - value).abs() < 1e-9, "{count}: {value} -> {back}");
+                let cell = axis.cell_from_value(value).unwrap();
+                assert!((0.0..=1.0).contains(&cell.fraction));
+                let back = axis.value_from_cell(cell).unwrap();
+                assert!((back - value).abs() < 1e-12, "{count}: {value} -> {back}");
+
+                let coordinate = f64::from(count - 1) * f64::from(i) / 10_000.0;
+                let value = axis.value_from_coordinate(coordinate).unwrap();
+                let back = axis.coordinate_from_value(value).unwrap();
+                assert!((back - coordinate).abs() < 1e-9, "{coordinate} -> {back}");
+            }
+        }
+    }
+
+    #[test]
+    fn nodes_are_exact() {
+        for count in [2, 32, 257] {
+            let axis = uneven(count);
+            for (i, node) in (0..count).zip(axis.nodes()) {
+                assert_eq!(axis.coordinate_from_value(*node), Some(f64::from(i)));
+                assert_eq!(axis.value_from_coordinate(f64::from(i)), Some(*node));
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_is_clamped() {
+        let axis = uneven(32);
+        let [first, last] = axis.bounds();
+        for outside in [
+            first - 1e-9,
+            last + 1e-9,
+            f64::NAN,
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+        ] {
+            assert_eq!(axis.cell_from_value(outside), None);
+            assert_eq!(axis.coordinate_from_value(outside), None);
+        }
+        for outside in [-1e-9, 31.0 + 1e-9, f64::NAN, f64::INFINITY] {
+            assert_eq!(axis.value_from_coordinate(outside), None);
+        }
+        let none = |lower, fraction| axis.value_from_cell(Cell { lower, fraction }).is_none();
+        assert!(none(31, 0.0) && none(0, 1.1) && none(0, f64::NAN) && none(usize::MAX - 1, 0.5));
+    }
+
+    #[test]
+    fn bad_nodes_are_named() {
+        let refused = |nodes: &[f64]| Axis::new("1", nodes.to_vec()).unwrap_err();
+        assert_eq!(refused(&[1.0]), AxisError::TooFewNodes { found: 1 });
+        assert!(matches!(
+            refused(&[0.0, f64::NAN]),
+            AxisError::NotFinite { index: 1, .. }
+        ));
+        let message = refused(&[0.0, 6.0, 6.0]).to_string();
+        assert_eq!(
+            message,
+            "axis: node 2: expected ascending values, more than 6, found 6"
+        );
+    }
+
+    #[test]
+    fn an_axis_read_from_a_file_is_checked() {
+        let good: Axis = serde_json::from_str(r#"{"unit":"km","nodes":[0,6]}"#).unwrap();
+        assert_eq!(good, Axis::new("km", vec![0.0, 6.0]).unwrap());
+        let bad = serde_json::from_str::<Axis>(r#"{"unit":"km","nodes":[6,0]}"#).unwrap_err();
+        assert!(bad.to_string().contains("ascending"), "{bad}");
+    }
+}

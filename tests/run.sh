@@ -1,0 +1,55 @@
+#!/usr/bin/env bash
+# All checks of the project: format, lints, tests. Needs Rust 1.90 and a C compiler to link with.
+#
+#   bash tests/run.sh
+#
+# The release profile is used, so that what `cargo run --release` built is not built again. With CI
+# set, nothing is skipped.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+say() { printf '\n== %s\n' "$*"; }
+
+if ! command -v cargo >/dev/null; then
+    echo "error: cargo: expected on the PATH, found nothing; Rust comes from https://rustup.rs" >&2
+    exit 2
+fi
+
+# have COMPONENT COMMAND: whether a cargo command is there; gets it from rustup if that can.
+have() {
+    if cargo "$2" --version >/dev/null 2>&1; then
+        return 0
+    fi
+    if command -v rustup >/dev/null && rustup component add "$1"; then
+        return 0
+    fi
+    if [ -n "${CI:-}" ]; then
+        echo "error: $1: expected with CI set, found nothing" >&2
+        exit 2
+    fi
+    return 1
+}
+
+skipped=()
+
+if have rustfmt fmt; then
+    say "format"
+    cargo fmt --all --check
+else
+    skipped+=("format (no rustfmt)")
+fi
+
+if have clippy clippy; then
+    say "lints"
+    cargo clippy --workspace --all-targets --locked -- -D warnings
+else
+    skipped+=("lints (no clippy)")
+fi
+
+say "tests"
+cargo test --workspace --release --locked
+
+for what in ${skipped[@]+"${skipped[@]}"}; do
+    say "skipped: $what"
+done
+say "all passed"
