@@ -29,7 +29,7 @@ fn file_with(header: &str, values: &[f32]) -> Vec<u8> {
     let mut bytes = MAGIC.to_vec();
     bytes.extend(VERSION.to_le_bytes());
     for n in [header.len(), values.len()] {
-        bytes.extend(u32::try_from(n).unwrap().to_le_bytes());
+        bytes.extend(u32::try_from(n).expect("few").to_le_bytes());
     }
     bytes.extend(header.as_bytes());
     bytes.extend(values.iter().flat_map(|v| v.to_le_bytes()));
@@ -39,14 +39,15 @@ fn file_with(header: &str, values: &[f32]) -> Vec<u8> {
 
 /// The header of the smallest table as text.
 fn smallest_header() -> String {
-    serde_json::to_string(smallest().header()).unwrap()
+    serde_json::to_string(smallest().header()).expect("a header")
 }
 
 /// Decodes a file with a changed header; it must not be a table.
 fn refused_header(from: &str, to: &str) -> LutError {
     let text = smallest_header();
     assert!(text.contains(from), "{from} is not in {text}");
-    Lut::decode(&file_with(&text.replacen(from, to, 1), smallest().data())).unwrap_err()
+    Lut::decode(&file_with(&text.replacen(from, to, 1), smallest().data()))
+        .expect_err("a wrong header")
 }
 
 #[test]

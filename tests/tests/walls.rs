@@ -49,7 +49,14 @@ const THREADS: [&str; 4] = ["std::thread", "thread::spawn", "thread::scope", "ra
 
 /// Packages that plot, ask, show or open files.
 const COMMAND_LINE_PACKAGES: [&str; 8] = [
-    "anyhow", "clap", "ctrlc", "image", "indicatif", "miette", "plotters", "tempfile",
+    "anyhow",
+    "clap",
+    "ctrlc",
+    "image",
+    "indicatif",
+    "miette",
+    "plotters",
+    "tempfile",
 ];
 
 fn root() -> PathBuf {
@@ -124,9 +131,10 @@ fn sources(name: &str) -> Vec<(PathBuf, String)> {
     paths
         .into_iter()
         .map(|path| {
-            let code = read(&path)
+            let text = read(&path);
+            let tests = text.find("#[cfg(test)]\nmod ").unwrap_or(text.len());
+            let code = text[..tests]
                 .lines()
-                .take_while(|line| line.trim() != "#[cfg(test)]")
                 .filter(|line| !line.trim_start().starts_with("//"))
                 .collect::<Vec<_>>()
                 .join("\n");
@@ -223,7 +231,10 @@ fn the_physics_is_computed_in_double_precision() {
 
 #[test]
 fn every_crate_takes_the_lints_of_the_workspace() {
-    let tests = ("tests".to_owned(), manifest(&root().join("tests/Cargo.toml")));
+    let tests = (
+        "tests".to_owned(),
+        manifest(&root().join("tests/Cargo.toml")),
+    );
     for (name, manifest) in crates().into_iter().chain([tests]) {
         let inherited = manifest["lints"]["workspace"].as_bool();
         assert_eq!(inherited, Some(true), "{name}");
@@ -239,7 +250,10 @@ fn every_shipped_table_and_profile_says_where_it_comes_from() {
             let name = path.file_name().expect("a name").to_string_lossy();
             if path.extension().is_some_and(|e| e == kind) {
                 let quoted = format!("`{name}`");
-                assert!(readme.contains(&quoted), "{directory}/README.md: no {quoted}");
+                assert!(
+                    readme.contains(&quoted),
+                    "{directory}/README.md: no {quoted}"
+                );
             }
         }
     }

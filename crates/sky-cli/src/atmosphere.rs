@@ -56,6 +56,19 @@ pub fn load_profile(path_or_name: &Path) -> Result<AtmosphereProfile> {
     )?)
 }
 
+/// The bytes of a profile, for its hash.
+///
+/// # Errors
+/// When the file cannot be read.
+pub fn profile_bytes(path_or_name: &Path) -> Result<Vec<u8>> {
+    for [name, _, text] in SHIPPED_PROFILES {
+        if path_or_name.as_os_str() == name {
+            return Ok(text.as_bytes().to_vec());
+        }
+    }
+    Ok(read_text(path_or_name)?.into_bytes())
+}
+
 /// The sun at the wavelengths of a grid: the mean over one step, and on the 1 nm grid, where the
 /// spectrum itself is tabulated, its own values.
 ///

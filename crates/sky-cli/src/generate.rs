@@ -1,13 +1,184 @@
-//! `utm-sky generate`.
+//! `utm-sky generate`: profile → maps → fits → look-up table → report.
 
-use anyhow::{Result, bail};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::time::Duration;
 
-use crate::args::GenerateArgs;
+use anyhow::{Context as _, Result, anyhow};
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Deserialize;
+use sha2::{Digest as _, Sha256};
+use sky_core::axis::Axis;
+use sky_core::lut::{
+    CHANNELS, ErrorQuantiles, FitStatistics, Form, Interpolation, Lut, LutHeader, Storage,
+};
+use sky_core::metrics::{Statistics, ciede2000_of_lights, relative_error, white_luminance};
+use sky_core::sky_model::{Domain, SkyModel};
+use sky_core::utm_sky::UtmSky;
+use sky_fit::sweep::{Grid, SkyMap, Sweep, sweep};
+use sky_sim::optics::OpticsSettings;
+
+use crate::args::{Engine, GenerateArgs, GridChoice};
+use crate::atmosphere::{load_profile, profile_bytes};
+use crate::files::{OutputFile, read_text};
+use crate::truth::{DEFAULT_GROUND_ALBEDO, SmartsSkyModel, TransportSky};
+
+/// Wavelength step of the maps \[nm\]: the report's convergence table shows that finer steps change no
+/// color that can be seen.
+pub const MAP_STEP_NM: u16 = 20;
+
+/// A grid file: the axes, and optionally the form.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct GridFile {
+    altitude_km: Vec<f64>,
+    turbidity: Vec<f64>,
+    sun_zenith_deg: Vec<f64>,
+    #[serde(default = "extended")]
+    form: Form,
+}
+
+const fn extended() -> Form {
+    Form::Extended
+}
+
+/// The grid that was asked for.
+///
+/// # Errors
+/// When the grid file cannot be read, or its axes are wrong or outside what the engines answer for.
+pub fn load_grid(choice: &GridChoice) -> Result<Grid> {
+    let path = match choice {
+        GridChoice::Seed => return Ok(Grid::report()?),
+        GridChoice::Default => return Ok(Grid::extended()?),
+        GridChoice::File(path) => path,
+    };
+    let name = path.display();
+    let file: GridFile = toml::from_str(&read_text(path)?).map_err(|e| anyhow!("{name}: {e}"))?;
+    let axis = |column: &str, unit: &str, nodes: Vec<f64>, [low, high]: [f64; 2]| -> Result<Axis> {
+        let axis = Axis::new(unit, nodes).map_err(|e| anyhow!("{name}: {column}: {e}"))?;
+        let found = axis.bounds();
+        if found[0] < low || found[1] > high {
+            return Err(anyhow!(
+                "{name}: {column}: expected nodes within {low} to {high}, found {} to {}",
+                found[0],
+                found[1]
+            ));
+        }
+        Ok(axis)
+    };
+    Ok(Grid {
+        altitude_km: axis("altitude_km", "km", file.altitude_km, [0.0, 30.0])?,
+        turbidity: axis("turbidity", "1", file.turbidity, [1.0, 12.0])?,
+        sun_zenith_deg: axis("sun_zenith_deg", "deg", file.sun_zenith_deg, [0.0, 96.0])?,
+        form: file.form,
+    })
+}
 
 /// Runs the command.
 ///
 /// # Errors
-/// Always: the look-up table is not there yet.
-pub fn run(_args: &GenerateArgs) -> Result<()> {
-    bail!("generate: not built yet")
+/// When an input is wrong, a cell cannot be fitted or a file cannot be written; then none is written.
+pub fn run(args: &GenerateArgs) -> Result<()> {
+    let profile = load_profile(&args.profile)?;
+    let grid = load_grid(&args.grid)?;
+    std::fs::create_dir_all(&args.out)
+        .with_context(|| format!("{}: cannot make the directory", args.out.display()))?;
+    let [lut_file, csv_file] =
+        ["sky.utmlut", "coefficients.csv"].map(|name| OutputFile::create(&args.out.join(name)));
+    let (lut_file, csv_file) = (lut_file?, csv_file?);
+    let settings = OpticsSettings::with_step_nm(MAP_STEP_NM)?;
+    let truth: Box<dyn SkyModel> = match args.engine {
+        Engine::Transport => {
+            Box::new(TransportSky::new(profile, settings, DEFAULT_GROUND_ALBEDO)?)
+        }
+        Engine::Smarts => Box::new(SmartsSkyModel::new(profile, settings, DEFAULT_GROUND_ALBEDO)?),
+    };
+    let (lut, sweep) = bake(truth.as_ref(), &grid, &args.profile)?;
+    lut_file.commit(&lut.encode())?;
+    csv_file.commit(lut.to_csv_string().as_bytes())?;
+    let _ = sweep;
+    Ok(())
+}
+
+/// Fits a grid and makes the table.
+///
+/// # Errors
+/// When a cell cannot be fitted; the cell is named.
+pub fn bake(truth: &dyn SkyModel, grid: &Grid, profile: &Path) -> Result<(Lut, Sweep)> {
+    let bar = progress("sky maps", grid.maps());
+    let sweep = sweep(truth, grid, &|| bar.inc(1))?;
+    bar.finish_and_clear();
+    let terms = grid.form.terms();
+    let (interpolation, storage) = match grid.form {
+        Form::PerezReport => (Interpolation::ReportLagrange, Storage::F32),
+        Form::PerezSpherical => (Interpolation::LogLinear, Storage::F32),
+        Form::Extended => (Interpolation::LogLinear, Storage::Linear16),
+    };
+    let header = LutHeader {
+        form: grid.form,
+        storage,
+        interpolation,
+        altitude_km: grid.altitude_km.clone(),
+        turbidity: grid.turbidity.clone(),
+        sun_zenith_deg: grid.sun_zenith_deg.clone(),
+        channels: CHANNELS.map(str::to_owned).to_vec(),
+        terms: terms.iter().map(|t| (*t).to_owned()).collect(),
+        profile_name: profile.display().to_string(),
+        profile_sha256: format!("{:x}", Sha256::digest(profile_bytes(profile)?)),
+        generator: concat!("utm-sky ", env!("CARGO_PKG_VERSION")).to_owned(),
+        engine: truth.name().to_owned(),
+        settings: BTreeMap::from([
+            ("ground_albedo".to_owned(), DEFAULT_GROUND_ALBEDO.into()),
+            ("wavelength_step_nm".to_owned(), MAP_STEP_NM.into()),
+        ]),
+        fit: FitStatistics::default(),
+        domain: Domain {
+            altitude_km: grid.altitude_km.bounds(),
+            turbidity: grid.turbidity.bounds(),
+            sun_zenith_deg: grid.sun_zenith_deg.bounds(),
+            below_horizontal: grid.form != Form::PerezReport,
+        },
+    };
+    let draft = UtmSky::new(Lut::from_f64(header.clone(), &sweep.values)?);
+    let fit = statistics(&draft, &sweep.maps)?;
+    Ok((Lut::from_f64(LutHeader { fit, ..header }, &sweep.values)?, sweep))
+}
+
+/// Errors of a table over the maps it was fitted to.
+fn statistics(sky: &UtmSky, maps: &[SkyMap]) -> Result<FitStatistics> {
+    let (mut colors, mut luminances) = (Vec::new(), Vec::new());
+    for map in maps {
+        let Some(white) = white_luminance(&map.sky) else { continue };
+        let found = sky.yxy_map(&map.conditions, &map.directions)?;
+        for (found, truth) in found.iter().zip(&map.sky) {
+            colors.push(ciede2000_of_lights(*found, *truth, white));
+            luminances.push(relative_error(found.luminance_cd_m2, truth.luminance_cd_m2).abs());
+        }
+    }
+    let quantiles = |values: &[f64]| {
+        Statistics::of(values).map_or_else(ErrorQuantiles::default, |s| ErrorQuantiles {
+            median: s.median,
+            p95: s.p95,
+            max: s.max,
+        })
+    };
+    Ok(FitStatistics {
+        delta_e_2000: quantiles(&colors),
+        luminance_relative_error: quantiles(&luminances),
+    })
+}
+
+/// A progress bar with the time that is left; silent where there is no terminal.
+///
+/// # Panics
+/// Never: the template is a constant.
+#[must_use]
+pub fn progress(what: &'static str, count: usize) -> ProgressBar {
+    let bar = ProgressBar::new(count as u64);
+    let style = ProgressStyle::with_template("{msg:>12} [{bar:40}] {pos}/{len}  {eta} left")
+        .expect("a constant template");
+    bar.set_style(style.progress_chars("=> "));
+    bar.set_message(what);
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
 }

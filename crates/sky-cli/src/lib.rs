@@ -17,6 +17,7 @@ pub mod profile;
 pub mod report;
 pub mod sky;
 pub mod table_io;
+pub mod truth;
 
 use std::ffi::OsString;
 use std::io::{self, Write as _};

@@ -80,7 +80,8 @@ fn info(name: &str, lut: &Lut) -> String {
     ] {
         let nodes: Vec<String> = axis.nodes().iter().map(f64::to_string).collect();
         row(label, format_args!("{}{}", nodes.join(" "), unit(axis)));
-        if domain != axis.bounds() {
+        let whole = (0..2).all(|i| domain[i].total_cmp(&axis.bounds()[i]).is_eq());
+        if !whole {
             row(
                 "",
                 format_args!("valid from {} to {}", domain[0], domain[1]),

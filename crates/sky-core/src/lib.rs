@@ -15,3 +15,5 @@ pub mod perez;
 pub mod quantity;
 pub mod sky_model;
 pub mod spectrum;
+pub mod extended;
+pub mod utm_sky;

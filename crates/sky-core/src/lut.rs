@@ -11,10 +11,14 @@
 //! | 0 | 12 | magic: `89 55 54 4d 4c 55 54 0d 0a 1a 0a 00` (`\x89UTMLUT\r\n\x1a\n\0`) |
 //! | 12 | 4 | version, u32 |
 //! | 16 | 4 | length H of the header in bytes, u32 |
-//! | 20 | 4 | number N of values, u32 |
-//! | 24 | H | header: a JSON object in UTF-8, filled up with spaces so that the values begin at a multiple of 8 |
-//! | 24 + H | 4 N | values, f32 |
-//! | 24 + H + 4 N | 8 | checksum, u64: CRC-64/XZ of everything before it |
+//! | 20 | 4 | length D of the data in bytes, u32 |
+//! | 24 | H | header: a JSON object in UTF-8, filled up with spaces so that the data begin at a multiple of 8 |
+//! | 24 + H | D | data, as the header's `storage` says |
+//! | 24 + H + D | 8 | checksum, u64: CRC-64/XZ of everything before it |
+//!
+//! With storage `f32` the data are the values, f32. With storage `linear16` they begin with two f32 for
+//! each value of a node, the least and the largest that it takes in the table; then follow the
+//! values as u16: 0 is the least, 65535 the largest, linear between.
 //!
 //! The file ends there; a shorter or longer one is refused. The first byte and the line ends of the
 //! magic show a file that was sent as text. A CRC finds every single flipped bit, its own included,
@@ -56,15 +60,13 @@ pub enum Form {
     PerezReport,
     /// Perez's formula with a spherical relative air mass.
     PerezSpherical,
-    /// Perez's formula with further terms.
+    /// Products of a factor of the air mass and a factor of the angle from the sun, summed: see
+    /// [`crate::extended`].
     Extended,
 }
 
 /// Zenith value and Perez's coefficients.
 const PEREZ_TERMS: &[&str] = &["zenith", "A", "B", "C", "D", "E"];
-
-/// The terms of the extended form.
-const EXTENDED_TERMS: &[&str] = &["zenith", "A", "B", "C", "D", "E"];
 
 impl Form {
     /// Every form.
@@ -75,7 +77,7 @@ impl Form {
     pub const fn terms(self) -> &'static [&'static str] {
         match self {
             Self::PerezReport | Self::PerezSpherical => PEREZ_TERMS,
-            Self::Extended => EXTENDED_TERMS,
+            Self::Extended => &crate::extended::TERM_NAMES,
         }
     }
 
@@ -96,7 +98,8 @@ impl Form {
 pub enum Interpolation {
     /// The report's rule: four-point Lagrange in altitude on the colors of the layers.
     ReportLagrange,
-    /// Linear on logarithms of luminance and on chromaticities: cannot overshoot or turn negative.
+    /// Linear on logarithms of luminance and on chromaticities, in altitude, in ln(T − 0.7) and in the
+    /// sun's zenith angle: cannot overshoot or turn negative.
     LogLinear,
 }
 
@@ -112,6 +115,17 @@ impl Interpolation {
             Self::LogLinear => "log-linear",
         }
     }
+}
+
+/// How a file holds the values.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Storage {
+    /// Four bytes a value.
+    #[default]
+    F32,
+    /// Two bytes a value, between the least and the largest that it takes in the table.
+    Linear16,
 }
 
 /// Median, 95th percentile and largest of an error.
@@ -142,6 +156,8 @@ pub struct FitStatistics {
 pub struct LutHeader {
     /// The sky formula.
     pub form: Form,
+    /// How the values are stored.
+    pub storage: Storage,
     /// The rule between nodes.
     pub interpolation: Interpolation,
     /// Observer altitudes; the unit is `km`.
@@ -379,7 +395,8 @@ pub struct Lut {
 }
 
 impl Lut {
-    /// From a header and values over \[altitude\]\[turbidity\]\[sun zenith\]\[channel\]\[term\].
+    /// From a header and values over \[altitude\]\[turbidity\]\[sun zenith\]\[channel\]\[term\]. Under
+    /// [`Storage::Linear16`] the values become those that the file will hold.
     ///
     /// # Errors
     /// When the header contradicts itself, or the values are too many, too few or not finite.
@@ -396,7 +413,18 @@ impl Lut {
                 index,
                 found: data[index].into(),
             }),
-            None => Ok(Self { header, data }),
+            None => Ok(match header.storage {
+                Storage::F32 => Self { header, data },
+                Storage::Linear16 => {
+                    let scales = Scale::of(&data, header.values_per_node());
+                    let data = data
+                        .iter()
+                        .zip(scales.iter().cycle())
+                        .map(|(value, scale)| scale.value(scale.index(*value)))
+                        .collect();
+                    Self { header, data }
+                }
+            }),
         }
     }
 
@@ -448,14 +476,27 @@ impl Lut {
         let mut header = serde_json::to_vec(&self.header).expect("a checked header");
         let end = (PRELUDE_BYTES + header.len()).next_multiple_of(ALIGNMENT);
         header.resize(end - PRELUDE_BYTES, b' ');
+        let data: Vec<u8> = match self.header.storage {
+            Storage::F32 => self.data.iter().flat_map(|value| value.to_le_bytes()).collect(),
+            Storage::Linear16 => {
+                let scales = Scale::of(&self.data, self.header.values_per_node());
+                let indices = self
+                    .data
+                    .iter()
+                    .zip(scales.iter().cycle())
+                    .flat_map(|(value, scale)| scale.index(*value).to_le_bytes());
+                let ranges = scales.iter().flat_map(|s| [s.least, s.largest]);
+                ranges.flat_map(f32::to_le_bytes).chain(indices).collect()
+            }
+        };
         let count = |n: usize| u32::try_from(n).expect("a checked header").to_le_bytes();
-        let mut bytes = Vec::with_capacity(end + 4 * self.data.len() + CHECKSUM_BYTES);
+        let mut bytes = Vec::with_capacity(end + data.len() + CHECKSUM_BYTES);
         bytes.extend(MAGIC);
         bytes.extend(VERSION.to_le_bytes());
         bytes.extend(count(header.len()));
-        bytes.extend(count(self.data.len()));
+        bytes.extend(count(data.len()));
         bytes.extend(header);
-        bytes.extend(self.data.iter().flat_map(|value| value.to_le_bytes()));
+        bytes.extend(data);
         bytes.extend(crc_64_xz(&bytes).to_le_bytes());
         bytes
     }
@@ -494,8 +535,8 @@ impl Lut {
                 found: version,
             });
         }
-        let (header_bytes, count) = (number(16)?, number(20)?);
-        let expected = least + u64::from(header_bytes) + 4 * u64::from(count);
+        let (header_bytes, data_bytes) = (number(16)?, number(20)?);
+        let expected = least + u64::from(header_bytes) + u64::from(data_bytes);
         if found < expected {
             return Err(truncated(expected));
         }
@@ -509,13 +550,37 @@ impl Lut {
         if expected != found {
             return Err(LutError::Checksum { expected, found });
         }
-        let values = content.len() - 4 * count as usize;
-        let header: LutHeader = serde_json::from_slice(&content[PRELUDE_BYTES..values])?;
-        let (values, _) = content[values..].as_chunks();
-        Self::new(
-            header,
-            values.iter().map(|v| f32::from_le_bytes(*v)).collect(),
-        )
+        let (header, data) = content[PRELUDE_BYTES..].split_at(header_bytes as usize);
+        let header: LutHeader = serde_json::from_slice(header)?;
+        let floats = |bytes: &[u8]| -> Vec<f32> {
+            bytes.as_chunks().0.iter().map(|chunk| f32::from_le_bytes(*chunk)).collect()
+        };
+        let (found, odd, data) = match header.storage {
+            Storage::F32 => (data.len() / 4, data.len() % 4, floats(data)),
+            Storage::Linear16 => {
+                let (ranges, indices) =
+                    data.split_at((8 * header.values_per_node()).min(data.len()));
+                let scales: Vec<Scale> = floats(ranges)
+                    .as_chunks()
+                    .0
+                    .iter()
+                    .map(|[least, largest]| Scale { least: *least, largest: *largest })
+                    .collect();
+                let values = indices
+                    .as_chunks()
+                    .0
+                    .iter()
+                    .zip(scales.iter().cycle())
+                    .map(|(chunk, scale)| scale.value(u16::from_le_bytes(*chunk)))
+                    .collect();
+                (indices.len() / 2, indices.len() % 2, values)
+            }
+        };
+        let expected = header.check()?;
+        if found != expected || odd != 0 {
+            return Err(LutError::Shape { expected, found });
+        }
+        Self::new(header, data)
     }
 
     /// The table as CSV, in the layout of Appendix A of the report.
@@ -584,6 +649,49 @@ const ZENITH: &str = "zenith";
 fn push(out: &mut String, piece: core::fmt::Arguments<'_>) {
     // A `String` takes everything.
     let _ = out.write_fmt(piece);
+}
+
+/// The range of one value of a node over the table.
+#[derive(Clone, Copy, Debug)]
+struct Scale {
+    least: f32,
+    largest: f32,
+}
+
+impl Scale {
+    /// The ranges of all values of a node.
+    fn of(data: &[f32], values_per_node: usize) -> Vec<Self> {
+        (0..values_per_node)
+            .map(|i| {
+                let column = data.iter().skip(i).step_by(values_per_node);
+                column.fold(
+                    Self { least: f32::INFINITY, largest: f32::NEG_INFINITY },
+                    |s, v| Self { least: s.least.min(*v), largest: s.largest.max(*v) },
+                )
+            })
+            .collect()
+    }
+
+    /// The nearest index of a value.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "rounding to an index is what is wanted; the value lies within the range"
+    )]
+    fn index(self, value: f32) -> u16 {
+        let [least, largest, value] = [self.least, self.largest, value].map(f64::from);
+        if largest > least {
+            ((value - least) / (largest - least) * f64::from(u16::MAX)).round() as u16
+        } else {
+            0
+        }
+    }
+
+    /// The value of an index; least and largest come out exactly.
+    fn value(self, index: u16) -> f32 {
+        let share = f64::from(index) / f64::from(u16::MAX);
+        f32_from_f64(f64::from(self.least) * (1.0 - share) + f64::from(self.largest) * share)
+    }
 }
 
 /// The nearest f32; the only place where the project's numbers lose digits.

@@ -5,3 +5,6 @@
 
 pub mod problem;
 pub mod solve;
+
+pub mod banded;
+pub mod sweep;

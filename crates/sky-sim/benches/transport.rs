@@ -52,7 +52,12 @@ fn main() {
     let optics = AEROSOL_OPTICAL_DEPTH_500.map(|depth| optics(&profile, depth));
     let mut criterion = Criterion::default().configure_from_args().sample_size(10);
     criterion.bench_function("75 maps x 271 directions x 41 wavelengths", |b| {
-        b.iter(|| optics.iter().map(|o| maps(&solve(black_box(o)))).sum::<f64>());
+        b.iter(|| {
+            optics
+                .iter()
+                .map(|o| maps(&solve(black_box(o))))
+                .sum::<f64>()
+        });
     });
     let hazy = &optics[1];
     criterion.bench_function("solution of one atmosphere", |b| {

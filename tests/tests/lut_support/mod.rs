@@ -23,6 +23,7 @@ pub(crate) fn header(
         max: 10.0 * median,
     };
     LutHeader {
+        storage: sky_core::lut::Storage::F32,
         form,
         interpolation,
         domain: Domain {

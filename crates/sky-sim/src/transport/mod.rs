@@ -151,9 +151,7 @@ impl Transport {
         if levels < 2 || wavelengths == 0 || tables.iter().any(|t| t.len() != levels * wavelengths) {
             return Err(TransportError::Shape { levels });
         }
-        if !(0.0..=1.0).contains(&ground_albedo) {
-            return Err(TransportError::Albedo(ground_albedo));
-        }
+        Self::check(ground_albedo)?;
         let medium = Medium::new(optics);
         let sun = SunTable::new(&medium);
         let top = medium.top_km();
@@ -187,6 +185,18 @@ impl Transport {
         };
         transport.successive_orders(settings)?;
         Ok(transport)
+    }
+
+    /// Checks an albedo without solving.
+    ///
+    /// # Errors
+    /// Refuses albedos outside 0..1.
+    pub fn check(ground_albedo: f64) -> Result<(), TransportError> {
+        if (0.0..=1.0).contains(&ground_albedo) {
+            Ok(())
+        } else {
+            Err(TransportError::Albedo(ground_albedo))
+        }
     }
 
     /// Orders of scattering that were summed; the rest of the series is extrapolated.

@@ -1,0 +1,203 @@
+//! The engines as skies: what the tables are fitted to and judged by.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use anyhow::Result;
+use sky_core::color::ColorWeights;
+use sky_core::direction::SkyDirection;
+use sky_core::haze::Haze;
+use sky_core::sky_model::{Conditions, Domain, OutsideDomain, SkyModel, Yxy};
+use sky_core::spectrum::Spectrum;
+use sky_sim::optics::{OpticalProfile, OpticsSettings};
+use sky_sim::profile::AtmosphereProfile;
+use sky_sim::smarts::SmartsSky;
+use sky_sim::solar::SolarSpectrum;
+use sky_sim::transport::{Transport, TransportSettings};
+
+/// Albedo of the ground where none is given.
+pub const DEFAULT_GROUND_ALBEDO: f64 = 0.2;
+
+/// Solved atmospheres that are kept.
+const KEPT: usize = 12;
+
+/// What both engines answer for.
+const DOMAIN: Domain = Domain {
+    altitude_km: [0.0, 30.0],
+    turbidity: [1.0, 12.0],
+    sun_zenith_deg: [0.0, 96.0],
+    below_horizontal: true,
+};
+
+/// An atmosphere, its ground and its colors, shared by both engines.
+#[derive(Clone, Debug)]
+struct Air {
+    profile: AtmosphereProfile,
+    settings: OpticsSettings,
+    ground_albedo: f64,
+    weights: ColorWeights,
+}
+
+impl Air {
+    fn new(profile: AtmosphereProfile, settings: OpticsSettings, ground_albedo: f64) -> Result<Self> {
+        let sun = SolarSpectrum::g173();
+        let sun = Spectrum::new(sun.wavelength_nm, sun.irradiance_w_m2_nm)?;
+        let weights = ColorWeights::for_radiance_ratio(&settings.wavelength_nm, &sun)?;
+        // whatever can be wrong with the settings shows here, not in the middle of a map
+        OpticalProfile::build(&profile, &settings)?;
+        Ok(Self { profile, settings, ground_albedo, weights })
+    }
+
+    fn with_turbidity(&self, turbidity: f64) -> OpticsSettings {
+        OpticsSettings { haze: Haze::Turbidity(turbidity), ..self.settings.clone() }
+    }
+
+    fn colors(&self, ratios: &[f64]) -> Vec<Yxy> {
+        ratios.chunks_exact(self.settings.wavelength_nm.len()).map(|s| self.weights.yxy(s)).collect()
+    }
+}
+
+/// Engines by the bits of the turbidity, the oldest first to go.
+struct Cache<T>(Mutex<(BTreeMap<u64, Arc<T>>, Vec<u64>)>);
+
+impl<T> fmt::Debug for Cache<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Cache")
+    }
+}
+
+impl<T> Cache<T> {
+    fn new() -> Self {
+        Self(Mutex::new((BTreeMap::new(), Vec::new())))
+    }
+
+    /// The engine of a turbidity. It is made without holding the lock: its own work runs on the
+    /// threads that may be waiting here.
+    fn get(&self, turbidity: f64, make: impl FnOnce() -> T) -> Arc<T> {
+        let key = turbidity.to_bits();
+        let lock = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(engine) = lock().0.get(&key) {
+            return Arc::clone(engine);
+        }
+        let made = Arc::new(make());
+        let mut guard = lock();
+        let (engines, order) = &mut *guard;
+        if !engines.contains_key(&key) {
+            order.push(key);
+            if order.len() > KEPT {
+                engines.remove(&order.remove(0));
+            }
+        }
+        Arc::clone(engines.entry(key).or_insert(made))
+    }
+}
+
+/// The transport engine as a sky: the truth.
+#[derive(Debug)]
+pub struct TransportSky {
+    air: Air,
+    transport: TransportSettings,
+    solved: Cache<Transport>,
+}
+
+impl TransportSky {
+    /// A sky over a ground of given albedo; the haze of `settings` is replaced by each call's.
+    ///
+    /// # Errors
+    /// When the settings do not suit the profile.
+    pub fn new(profile: AtmosphereProfile, settings: OpticsSettings, ground_albedo: f64) -> Result<Self> {
+        let air = Air::new(profile, settings, ground_albedo)?;
+        let transport = TransportSettings::default();
+        Transport::check(ground_albedo)?;
+        Ok(Self { air, transport, solved: Cache::new() })
+    }
+
+    /// The solved atmosphere of a turbidity.
+    ///
+    /// # Panics
+    /// Never: profile, settings and albedo were checked, and a turbidity in the domain converges.
+    #[must_use]
+    pub fn solved(&self, turbidity: f64) -> Arc<Transport> {
+        self.solved.get(turbidity, || {
+            let optics = OpticalProfile::build(&self.air.profile, &self.air.with_turbidity(turbidity))
+                .expect("checked settings");
+            Transport::solve(&optics, self.air.ground_albedo, &self.transport).expect("checked optics")
+        })
+    }
+}
+
+impl SkyModel for TransportSky {
+    fn name(&self) -> &'static str {
+        "transport"
+    }
+
+    fn domain(&self) -> &Domain {
+        &DOMAIN
+    }
+
+    fn yxy_map(
+        &self,
+        conditions: &Conditions,
+        directions: &[SkyDirection],
+    ) -> Result<Vec<Yxy>, OutsideDomain> {
+        DOMAIN.check(conditions)?;
+        let solved = self.solved(conditions.turbidity);
+        let ratios =
+            solved.radiance_ratio(conditions.observer_altitude, conditions.sun_zenith, directions);
+        Ok(self.air.colors(&ratios))
+    }
+}
+
+/// The parametric engine as a sky.
+#[derive(Debug)]
+pub struct SmartsSkyModel {
+    air: Air,
+    made: Cache<SmartsSky>,
+    unit_sun: SolarSpectrum,
+}
+
+impl SmartsSkyModel {
+    /// A sky over a ground of given albedo; the haze of `settings` is replaced by each call's.
+    ///
+    /// # Errors
+    /// When the settings do not suit the profile.
+    pub fn new(profile: AtmosphereProfile, settings: OpticsSettings, ground_albedo: f64) -> Result<Self> {
+        let unit_sun = SolarSpectrum {
+            irradiance_w_m2_nm: vec![1.0; settings.wavelength_nm.len()],
+            wavelength_nm: settings.wavelength_nm.clone(),
+        };
+        SmartsSky::new(&profile, &settings, ground_albedo)?.with_sun(&unit_sun)?;
+        Ok(Self { air: Air::new(profile, settings, ground_albedo)?, made: Cache::new(), unit_sun })
+    }
+}
+
+impl SkyModel for SmartsSkyModel {
+    fn name(&self) -> &'static str {
+        "smarts"
+    }
+
+    fn domain(&self) -> &Domain {
+        &DOMAIN
+    }
+
+    /// # Panics
+    /// Never: profile and settings were checked.
+    fn yxy_map(
+        &self,
+        conditions: &Conditions,
+        directions: &[SkyDirection],
+    ) -> Result<Vec<Yxy>, OutsideDomain> {
+        DOMAIN.check(conditions)?;
+        let sky = self.made.get(conditions.turbidity, || {
+            let settings = self.air.with_turbidity(conditions.turbidity);
+            SmartsSky::new(&self.air.profile, &settings, self.air.ground_albedo)
+                .and_then(|sky| sky.with_sun(&self.unit_sun))
+                .expect("checked settings")
+        });
+        let map = sky
+            .radiance(conditions.observer_altitude, conditions.sun_zenith, directions)
+            .expect("checked conditions");
+        Ok(self.air.colors(&map.spectral_radiance))
+    }
+}

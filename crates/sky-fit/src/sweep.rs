@@ -1,0 +1,422 @@
+//! From a sky to the values of a table: every node of a grid, fitted.
+//!
+//! Works on anything that is a [`SkyModel`]. Perez forms are fitted node by node with
+//! Levenberg–Marquardt; the extended form, linear in its coefficients, is fitted for all altitudes and
+//! suns of a turbidity at once, to skies at the nodes *and between them*, so that what is smallest
+//! is the error of the interpolated table. Out of scope: the file (`sky_core::lut`).
+
+use rayon::prelude::*;
+use sky_core::air_mass::{plane_parallel_air_mass, relative_air_mass};
+use sky_core::axis::{Axis, AxisError};
+use sky_core::direction::{SkyDirection, horizon_zenith, report_directions};
+use sky_core::extended;
+use sky_core::lut::Form;
+use sky_core::metrics::{SUN_EXCLUSION_DEG, is_clear_of_sun};
+use sky_core::quantity::{Angle, Length};
+use sky_core::sky_model::{Conditions, OutsideDomain, SkyModel, Yxy};
+use sky_core::utm_sky::PEREZ_SCALE_HEIGHT_KM;
+
+use crate::banded::{BandedSystem, NotPositive};
+use crate::problem::{
+    Channel, ChannelFit, FitError, FitOptions, Sample, SkySamples, Starts, fit_channel,
+};
+
+/// The nodes of a table and the form to fit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grid {
+    /// Observer altitudes \[km\].
+    pub altitude_km: Axis,
+    /// Turbidities.
+    pub turbidity: Axis,
+    /// Sun zenith angles \[deg\].
+    pub sun_zenith_deg: Axis,
+    /// The sky formula.
+    pub form: Form,
+}
+
+impl Grid {
+    /// The report's grid: 5 altitudes, aerosol optical depths 0, 0.5 and 1, suns at 0, 45 and 90°.
+    ///
+    /// # Errors
+    /// Never with these nodes.
+    pub fn report() -> Result<Self, AxisError> {
+        let t = sky_core::haze::turbidity_from_optical_depth_500;
+        Ok(Self {
+            altitude_km: Axis::new("km", vec![0.0, 6.0, 12.0, 20.0, 30.0])?,
+            turbidity: Axis::new("1", vec![1.0, t(0.5), t(1.0)])?,
+            sun_zenith_deg: Axis::new("deg", vec![0.0, 45.0, 90.0])?,
+            form: Form::PerezReport,
+        })
+    }
+
+    /// The default grid of the extended form, denser near the ground and near the sun at the horizon.
+    ///
+    /// The second turbidity is where the stratospheric layer is complete and haze begins.
+    ///
+    /// # Errors
+    /// Never with these nodes.
+    pub fn extended() -> Result<Self, AxisError> {
+        let t = sky_core::haze::turbidity_from_optical_depth_500;
+        Ok(Self {
+            altitude_km: Axis::new(
+                "km",
+                vec![0.0, 0.5, 1.0, 2.0, 4.0, 6.5, 10.0, 15.0, 21.0, 30.0],
+            )?,
+            turbidity: Axis::new("1", vec![1.0, t(0.008_275_36), 1.3, 2.0, 3.0, 5.0, 8.0])?,
+            sun_zenith_deg: Axis::new(
+                "deg",
+                vec![0.0, 30.0, 50.0, 68.0, 78.0, 83.0, 86.0, 88.0, 90.0, 91.0, 92.0, 94.0, 96.0],
+            )?,
+            form: Form::Extended,
+        })
+    }
+
+    /// Sky maps that a sweep computes.
+    #[must_use]
+    pub fn maps(&self) -> usize {
+        let [a, s] = match self.form {
+            Form::Extended => [between(self.altitude_km.nodes()).len(), between(self.sun_zenith_deg.nodes()).len()],
+            _ => [self.altitude_km.len(), self.sun_zenith_deg.len()],
+        };
+        a * s * self.turbidity.len()
+    }
+}
+
+/// One node of the fitted grid, and how well the formula meets the sky there.
+#[derive(Clone, Debug)]
+pub struct NodeFit {
+    /// Observer altitude \[km\].
+    pub altitude_km: f64,
+    /// Turbidity.
+    pub turbidity: f64,
+    /// Sun zenith angle \[deg\].
+    pub sun_zenith_deg: f64,
+    /// Fits of Y, x and y; empty for the extended form, whose fit is linear.
+    pub channels: Vec<ChannelFit>,
+}
+
+/// A sky that a table was fitted to.
+#[derive(Clone, Debug)]
+pub struct SkyMap {
+    /// Observer, haze and sun.
+    pub conditions: Conditions,
+    /// Directions, the sun's surroundings left out.
+    pub directions: Vec<SkyDirection>,
+    /// Their light.
+    pub sky: Vec<Yxy>,
+}
+
+/// A fitted grid.
+#[derive(Clone, Debug)]
+pub struct Sweep {
+    /// Values in the order of the table.
+    pub values: Vec<f64>,
+    /// The nodes, in the same order.
+    pub nodes: Vec<NodeFit>,
+    /// The skies that were fitted: at the nodes, and for the extended form between them.
+    pub maps: Vec<SkyMap>,
+}
+
+impl SkyMap {
+    fn compute(
+        truth: &dyn SkyModel,
+        form: Form,
+        (altitude_km, turbidity, sun_zenith_deg): (f64, f64, f64),
+    ) -> Result<Self, SweepError> {
+        let conditions = Conditions {
+            observer_altitude: Length::from_km(altitude_km),
+            turbidity,
+            sun_zenith: Angle::from_degrees(sun_zenith_deg),
+        };
+        let exclusion = Angle::from_degrees(SUN_EXCLUSION_DEG);
+        let mut directions = match form {
+            Form::PerezReport => report_directions(),
+            Form::PerezSpherical | Form::Extended => fit_directions(conditions.observer_altitude),
+        };
+        directions.retain(|d| is_clear_of_sun(d, conditions.sun_zenith, exclusion));
+        let sky = truth.yxy_map(&conditions, &directions)?;
+        Ok(Self { conditions, directions, sky })
+    }
+}
+
+/// Why a grid was not fitted.
+#[derive(Debug, thiserror::Error)]
+pub enum SweepError {
+    /// The sky does not cover the grid.
+    #[error("grid: {0}")]
+    Outside(#[from] OutsideDomain),
+    /// A channel that could not be fitted.
+    #[error("altitude {altitude_km} km, turbidity {turbidity}, sun zenith {sun_zenith_deg} deg: {source}")]
+    Fit {
+        /// Observer altitude \[km\].
+        altitude_km: f64,
+        /// Turbidity.
+        turbidity: f64,
+        /// Sun zenith angle \[deg\].
+        sun_zenith_deg: f64,
+        /// What went wrong.
+        source: FitError,
+    },
+    /// A fit that stopped before it converged.
+    #[error("altitude {altitude_km} km, turbidity {turbidity}, sun zenith {sun_zenith_deg} deg, {channel:?}: expected a converged fit, found {why:?}")]
+    NotConverged {
+        /// Observer altitude \[km\].
+        altitude_km: f64,
+        /// Turbidity.
+        turbidity: f64,
+        /// Sun zenith angle \[deg\].
+        sun_zenith_deg: f64,
+        /// The channel.
+        channel: Channel,
+        /// Why the solver stopped.
+        why: crate::solve::StopReason,
+    },
+    /// The linear system of a turbidity has no solution.
+    #[error("turbidity {turbidity}: {source}")]
+    Singular {
+        /// Turbidity.
+        turbidity: f64,
+        /// What went wrong.
+        source: NotPositive,
+    },
+}
+
+/// Directions that a table is fitted to at an altitude: denser towards the horizon and the sun's
+/// azimuth, down to 0.25° above the geometric horizon.
+#[must_use]
+pub fn fit_directions(altitude: Length) -> Vec<SkyDirection> {
+    const HIGH: [f64; 14] =
+        [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 75.0, 80.0, 83.0, 86.0, 88.0, 89.0];
+    const AZIMUTHS: [f64; 13] =
+        [0.0, 8.0, 16.0, 26.0, 40.0, 55.0, 72.0, 90.0, 110.0, 130.0, 150.0, 165.0, 180.0];
+    let lowest = horizon_zenith(altitude).degrees() - 0.25;
+    let low = (1..=6_u8).map(|k| 89.0 + (lowest - 89.0) * f64::from(k) / 6.0);
+    HIGH.into_iter()
+        .chain(low)
+        .flat_map(|zenith| AZIMUTHS.map(|azimuth| SkyDirection::from_degrees(zenith, azimuth)))
+        .collect()
+}
+
+/// Fits a grid to a sky. `done` is told of each map as it is computed.
+///
+/// # Errors
+/// When the sky does not cover the grid or a node cannot be fitted; the node is named.
+pub fn sweep(truth: &dyn SkyModel, grid: &Grid, done: &(dyn Fn() + Sync)) -> Result<Sweep, SweepError> {
+    match grid.form {
+        Form::Extended => sweep_extended(truth, grid, done),
+        Form::PerezReport | Form::PerezSpherical => sweep_perez(truth, grid, done),
+    }
+}
+
+fn sweep_perez(truth: &dyn SkyModel, grid: &Grid, done: &(dyn Fn() + Sync)) -> Result<Sweep, SweepError> {
+    let mut cells = Vec::new();
+    for altitude_km in grid.altitude_km.nodes() {
+        for turbidity in grid.turbidity.nodes() {
+            for sun_zenith_deg in grid.sun_zenith_deg.nodes() {
+                cells.push((*altitude_km, *turbidity, *sun_zenith_deg));
+            }
+        }
+    }
+    prepare(truth, grid)?;
+    let fitted: Vec<(NodeFit, SkyMap)> = cells
+        .par_iter()
+        .map(|cell| {
+            let map = SkyMap::compute(truth, grid.form, *cell)?;
+            let node = fit_node(&map, grid.form, *cell)?;
+            done();
+            Ok((node, map))
+        })
+        .collect::<Result<_, SweepError>>()?;
+    let (nodes, maps): (Vec<_>, Vec<_>) = fitted.into_iter().unzip();
+    let values = nodes
+        .iter()
+        .flat_map(|node| &node.channels)
+        .flat_map(|fit| core::iter::once(fit.zenith_value).chain(fit.coefficients.to_array()))
+        .collect();
+    Ok(Sweep { values, nodes, maps })
+}
+
+/// Lets the sky do its own parallel work for each turbidity before many threads ask for it.
+fn prepare(truth: &dyn SkyModel, grid: &Grid) -> Result<(), SweepError> {
+    for turbidity in grid.turbidity.nodes() {
+        let conditions = Conditions {
+            observer_altitude: Length::ZERO,
+            turbidity: *turbidity,
+            sun_zenith: Angle::ZERO,
+        };
+        truth.yxy_map(&conditions, &[SkyDirection::from_degrees(60.0, 0.0)])?;
+    }
+    Ok(())
+}
+
+fn fit_node(
+    map: &SkyMap,
+    form: Form,
+    (altitude_km, turbidity, sun_zenith_deg): (f64, f64, f64),
+) -> Result<NodeFit, SweepError> {
+    let SkyMap { conditions, directions, sky } = map;
+    let mass = |d: &SkyDirection| match form {
+        Form::PerezReport => plane_parallel_air_mass(d.view_zenith.radians().cos()),
+        _ => relative_air_mass(
+            d.view_zenith.radians().cos(),
+            conditions.observer_altitude,
+            Length::from_km(PEREZ_SCALE_HEIGHT_KM),
+        ),
+    };
+    let mut channels = Vec::new();
+    for (channel, value) in [
+        (Channel::Luminance, (|y: &Yxy| y.luminance_cd_m2) as fn(&Yxy) -> f64),
+        (Channel::ChromaticityX, |y| y.x),
+        (Channel::ChromaticityY, |y| y.y),
+    ] {
+        let samples: Vec<Sample> = directions
+            .iter()
+            .zip(sky)
+            .map(|(d, light)| Sample {
+                air_mass: mass(d),
+                scattering_angle: d.scattering_angle(conditions.sun_zenith),
+                value: value(light),
+                // solid angle, but never so little that the zenith or the horizon is forgotten
+                weight: d.view_zenith.radians().sin().max(0.1),
+            })
+            .collect();
+        let sky = SkySamples {
+            samples: &samples,
+            sun_zenith: conditions.sun_zenith,
+            zenith_air_mass: 1.0,
+        };
+        let fit = fit_channel(&sky, channel, Starts::Several, &FitOptions::default()).map_err(|source| {
+            SweepError::Fit { altitude_km, turbidity, sun_zenith_deg, source }
+        })?;
+        if !fit.report.why_stopped.converged() {
+            return Err(SweepError::NotConverged {
+                altitude_km,
+                turbidity,
+                sun_zenith_deg,
+                channel,
+                why: fit.report.why_stopped,
+            });
+        }
+        channels.push(fit);
+    }
+    Ok(NodeFit { altitude_km, turbidity, sun_zenith_deg, channels })
+}
+
+/// Coefficients of the unit of regularization: what draws a coefficient to 0 where the sky does not
+/// determine it, as residual per unit \[1\].
+const RIDGE: f64 = 5e-4;
+
+/// The nodes of an axis and the points half way between them.
+fn between(nodes: &[f64]) -> Vec<f64> {
+    let mut all: Vec<f64> = nodes.windows(2).flat_map(|w| [w[0], 0.5 * (w[0] + w[1])]).collect();
+    all.extend(nodes.last());
+    all
+}
+
+/// Products and sums of one map: the normal equations of its own fit.
+struct Normal {
+    matrix: Vec<f64>,
+    right: Vec<[f64; 3]>,
+}
+
+fn sweep_extended(truth: &dyn SkyModel, grid: &Grid, done: &(dyn Fn() + Sync)) -> Result<Sweep, SweepError> {
+    const K: usize = extended::TERMS;
+    let (altitudes, suns) = (&grid.altitude_km, &grid.sun_zenith_deg);
+    let (na, nt, ns) = (altitudes.len(), grid.turbidity.len(), suns.len());
+    let mut values = vec![0.0; na * nt * ns * 3 * K];
+    prepare(truth, grid)?;
+    let mut maps = Vec::new();
+    let mut places = Vec::new();
+    for altitude_km in between(altitudes.nodes()) {
+        for sun in between(suns.nodes()) {
+            places.push((altitude_km, sun));
+        }
+    }
+    for (t, turbidity) in grid.turbidity.nodes().iter().enumerate() {
+        let computed: Vec<SkyMap> = places
+            .par_iter()
+            .map(|(altitude_km, sun)| {
+                let map = SkyMap::compute(truth, grid.form, (*altitude_km, *turbidity, *sun));
+                done();
+                map
+            })
+            .collect::<Result<_, _>>()?;
+        let normals: Vec<Normal> = computed.par_iter().map(normal_equations).collect();
+        maps.extend(computed);
+        // unknowns: sun, then altitude, then term: neighbors lie close together
+        let mut system = BandedSystem::new(ns * na * K, (na + 2) * K);
+        for ((altitude_km, sun), normal) in places.iter().zip(&normals) {
+            let corners: Vec<(usize, f64)> = corners_of(suns, *sun)
+                .into_iter()
+                .flat_map(|(s, ws)| corners_of(altitudes, *altitude_km).map(move |(a, wa)| (s * na + a, ws * wa)))
+                .filter(|(_, w)| *w > 0.0)
+                .collect();
+            for (p, wp) in &corners {
+                for (q, wq) in &corners {
+                    system.add_block(p * K, q * K, K, &normal.matrix, wp * wq);
+                }
+                for (i, right) in normal.right.iter().enumerate() {
+                    system.add_right(p * K + i, &right.map(|r| r * wp));
+                }
+            }
+        }
+        system.add_diagonal(RIDGE * RIDGE);
+        let solution =
+            system.solve().map_err(|source| SweepError::Singular { turbidity: *turbidity, source })?;
+        for s in 0..ns {
+            for a in 0..na {
+                for i in 0..K {
+                    for (c, value) in solution[(s * na + a) * K + i].iter().enumerate() {
+                        values[(((a * nt + t) * ns + s) * 3 + c) * K + i] = *value;
+                    }
+                }
+            }
+        }
+    }
+    let mut nodes = Vec::new();
+    for altitude_km in altitudes.nodes() {
+        for turbidity in grid.turbidity.nodes() {
+            for sun_zenith_deg in suns.nodes() {
+                nodes.push(NodeFit {
+                    altitude_km: *altitude_km,
+                    turbidity: *turbidity,
+                    sun_zenith_deg: *sun_zenith_deg,
+                    channels: Vec::new(),
+                });
+            }
+        }
+    }
+    Ok(Sweep { values, nodes, maps })
+}
+
+fn corners_of(axis: &Axis, value: f64) -> [(usize, f64); 2] {
+    axis.cell_from_value(value)
+        .map_or([(0, 0.0); 2], |c| [(c.lower, 1.0 - c.fraction), (c.lower + 1, c.fraction)])
+}
+
+fn normal_equations(map: &SkyMap) -> Normal {
+    const K: usize = extended::TERMS;
+    let mut normal = Normal { matrix: vec![0.0; K * K], right: vec![[0.0; 3]; K] };
+    let mut used = 0.0;
+    for (d, light) in map.directions.iter().zip(&map.sky) {
+        // a direction without light has no color to fit
+        if light.luminance_cd_m2 <= 0.0 {
+            continue;
+        }
+        let row = extended::basis_in(d, &map.conditions).map(f64::from);
+        let target = [light.luminance_cd_m2.ln(), light.x, light.y];
+        used += 1.0;
+        for i in 0..K {
+            for j in 0..K {
+                normal.matrix[i * K + j] += row[i] * row[j];
+            }
+            for (right, target) in normal.right[i].iter_mut().zip(target) {
+                *right += row[i] * target;
+            }
+        }
+    }
+    let share = if used > 0.0 { 1.0 / used } else { 0.0 };
+    normal.matrix.iter_mut().for_each(|m| *m *= share);
+    normal.right.iter_mut().flatten().for_each(|r| *r *= share);
+    normal
+}
