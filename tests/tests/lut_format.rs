@@ -6,7 +6,7 @@ use lut_support::{header, report_grid, smallest};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use sky_core::axis::Axis;
-use sky_core::lut::{Form, Interpolation, Lut, LutError, MAGIC, VERSION};
+use sky_core::lut::{Form, Interpolation, Lut, LutError, MAGIC, Storage, VERSION};
 
 /// CRC-64/XZ, bit by bit: another program than the one that is tested.
 fn crc(bytes: &[u8]) -> u64 {
@@ -24,17 +24,31 @@ fn crc(bytes: &[u8]) -> u64 {
     !crc
 }
 
-/// A file around any header text and values, with a right checksum.
-fn file_with(header: &str, values: &[f32]) -> Vec<u8> {
+/// A file around any header text and data, with a right checksum.
+fn file_around(header: &str, data: &[u8]) -> Vec<u8> {
     let mut bytes = MAGIC.to_vec();
     bytes.extend(VERSION.to_le_bytes());
-    for n in [header.len(), values.len()] {
+    for n in [header.len(), data.len()] {
         bytes.extend(u32::try_from(n).expect("few").to_le_bytes());
     }
     bytes.extend(header.as_bytes());
-    bytes.extend(values.iter().flat_map(|v| v.to_le_bytes()));
+    bytes.extend(data);
     bytes.extend(crc(&bytes).to_le_bytes());
     bytes
+}
+
+/// A file around any header text and values stored as f32.
+fn file_with(header: &str, values: &[f32]) -> Vec<u8> {
+    let data: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+    file_around(header, &data)
+}
+
+/// The smallest table, its values stored in 16 bits.
+fn smallest_in_16_bits() -> Lut {
+    let lut = smallest();
+    let mut header = lut.header().clone();
+    header.storage = Storage::Linear16;
+    Lut::new(header, lut.data().to_vec()).expect("a good table")
 }
 
 /// The header of the smallest table as text.
@@ -58,9 +72,9 @@ fn the_layout_is_the_documented_one() {
     let number = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
     assert_eq!(number(12), 1);
     let (header, values) = (number(16), number(20));
-    assert_eq!(values, 2 * 2 * 2 * 3 * 6);
+    assert_eq!(values, 4 * 2 * 2 * 2 * 3 * 6);
     assert_eq!((24 + header) % 8, 0);
-    assert_eq!(bytes.len(), 24 + header + 4 * values + 8);
+    assert_eq!(bytes.len(), 24 + header + values + 8);
     let json: serde_json::Value = serde_json::from_slice(&bytes[24..24 + header]).unwrap();
     assert_eq!(json["form"], "perez-spherical");
     assert_eq!(json["altitude_km"]["nodes"][1], 30.0);
@@ -73,6 +87,38 @@ fn the_layout_is_the_documented_one() {
         bytes,
         file_with(std::str::from_utf8(&bytes[24..first]).unwrap(), lut.data())
     );
+}
+
+#[test]
+fn the_layout_in_16_bits_is_the_documented_one() {
+    let lut = smallest_in_16_bits();
+    let bytes = lut.encode();
+    let header = u32::from_le_bytes(bytes[16..20].try_into().unwrap()) as usize;
+    let data = &bytes[24 + header..bytes.len() - 8];
+    // Two f32 for each of 18 values, then 8 nodes of 18 indices.
+    assert_eq!(data.len(), 18 * 8 + 8 * 18 * 2);
+    let float = |at: usize| f32::from_le_bytes(data[at..at + 4].try_into().unwrap());
+    // The second value of a node runs from 1/8 at the first node to 127/8 at the last.
+    assert_eq!([float(8), float(12)], [0.125, 127.0 / 8.0]);
+    let index = |node: usize| {
+        let at = 18 * 8 + (node * 18 + 1) * 2;
+        u16::from_le_bytes(data[at..at + 2].try_into().unwrap())
+    };
+    let expected = [0_u16, 9362, 18724, 28086, 37449, 46811, 56173, 65535];
+    assert_eq!([0, 1, 2, 3, 4, 5, 6, 7].map(index), expected);
+}
+
+#[test]
+fn values_in_16_bits_are_within_half_a_step() {
+    let (exact, stored) = (smallest(), smallest_in_16_bits());
+    let step = f64::from(126.0_f32 / 8.0) / 65535.0;
+    for (a, b) in exact.data().iter().zip(stored.data()) {
+        let difference = (f64::from(*a) - f64::from(*b)).abs();
+        // Half a step, and the rounding of the value itself to f32.
+        assert!(difference <= 0.5 * step + 1e-6, "{a} became {b}");
+    }
+    assert_eq!(exact.node(0, 0, 0), stored.node(0, 0, 0), "the least");
+    assert_eq!(exact.node(1, 1, 1), stored.node(1, 1, 1), "the largest");
 }
 
 #[test]
@@ -107,33 +153,37 @@ fn a_node_beside_the_table_is_no_other_node() {
 
 #[test]
 fn every_truncation_is_refused() {
-    let bytes = smallest().encode();
-    for length in 0..bytes.len() {
-        match Lut::decode(&bytes[..length]) {
-            Err(LutError::Truncated { expected, found }) => {
-                assert_eq!(found, length as u64);
-                assert!(expected > found);
+    for bytes in [smallest().encode(), smallest_in_16_bits().encode()] {
+        for length in 0..bytes.len() {
+            match Lut::decode(&bytes[..length]) {
+                Err(LutError::Truncated { expected, found }) => {
+                    assert_eq!(found, length as u64);
+                    assert!(expected > found);
+                }
+                other => panic!("{length} bytes: {other:?}"),
             }
-            other => panic!("{length} bytes: {other:?}"),
         }
     }
 }
 
 #[test]
 fn every_flipped_bit_is_refused() {
-    let bytes = smallest().encode();
-    for place in 0..bytes.len() {
-        for bit in 0..8 {
-            let mut flipped = bytes.clone();
-            flipped[place] ^= 1 << bit;
-            let error = Lut::decode(&flipped).expect_err("a flipped bit");
-            let fits = match place {
-                0..12 => matches!(error, LutError::Foreign { offset, .. } if offset == place),
-                12..16 => matches!(error, LutError::Version { .. }),
-                16..24 => matches!(error, LutError::Truncated { .. } | LutError::TooLong { .. }),
-                _ => matches!(error, LutError::Checksum { .. }),
-            };
-            assert!(fits, "byte {place} bit {bit}: {error}");
+    for bytes in [smallest().encode(), smallest_in_16_bits().encode()] {
+        for place in 0..bytes.len() {
+            for bit in 0..8 {
+                let mut flipped = bytes.clone();
+                flipped[place] ^= 1 << bit;
+                let error = Lut::decode(&flipped).expect_err("a flipped bit");
+                let fits = match place {
+                    0..12 => matches!(error, LutError::Foreign { offset, .. } if offset == place),
+                    12..16 => matches!(error, LutError::Version { .. }),
+                    16..24 => {
+                        matches!(error, LutError::Truncated { .. } | LutError::TooLong { .. })
+                    }
+                    _ => matches!(error, LutError::Checksum { .. }),
+                };
+                assert!(fits, "byte {place} bit {bit}: {error}");
+            }
         }
     }
 }
@@ -273,7 +323,27 @@ fn values_must_be_as_many_as_the_axes_say_and_finite() {
             "{error}"
         );
     }
+    for odd in [1, 2, 3, 575, 577] {
+        let error = Lut::decode(&file_around(&smallest_header(), &vec![0; odd])).unwrap_err();
+        assert!(matches!(error, LutError::Shape { .. }), "{error}");
+    }
+    let in_16_bits = smallest_header().replacen("\"f32\"", "\"linear16\"", 1);
+    for odd in [0, 1, 100, 143, 144, 431, 433] {
+        let error = Lut::decode(&file_around(&in_16_bits, &vec![0; odd])).unwrap_err();
+        assert!(
+            matches!(error, LutError::Shape { expected: 144, .. }),
+            "{error}"
+        );
+    }
+    assert!(Lut::decode(&file_around(&in_16_bits, &[0; 432])).is_ok());
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let mut data = vec![0; 432];
+        data[8..12].copy_from_slice(&bad.to_le_bytes());
+        let error = Lut::decode(&file_around(&in_16_bits, &data)).unwrap_err();
+        assert!(
+            matches!(error, LutError::NotFinite { index: 1, .. }),
+            "{error}"
+        );
         let mut values = lut.data().to_vec();
         values[77] = bad;
         let error = Lut::decode(&file_with(&smallest_header(), &values)).unwrap_err();
@@ -335,6 +405,7 @@ fn nodes(start: f64, steps: &[f64]) -> Vec<f64> {
 prop_compose! {
     fn any_table()(
         form in prop::sample::select(Form::ALL.to_vec()),
+        storage in prop::sample::select(vec![Storage::F32, Storage::Linear16]),
         rule in prop::sample::select(Interpolation::ALL.to_vec()),
         altitude in vec(1e-3..9.0_f64, 2..5),
         turbidity in vec(1e-3..9.0_f64, 2..4),
@@ -347,13 +418,14 @@ prop_compose! {
             prop::num::f32::NORMAL | prop::num::f32::SUBNORMAL | prop::num::f32::ZERO,
             altitude.len() * turbidity.len() * sun.len() * 3 * form.terms().len(),
         ),
-        form in Just(form), rule in Just(rule), altitude in Just(altitude),
+        form in Just(form), storage in Just(storage), rule in Just(rule), altitude in Just(altitude),
         turbidity in Just(turbidity), sun in Just(sun), name in Just(name),
         number in Just(number), median in Just(median),
     ) -> Lut {
         let axes = [nodes(0.0, &altitude), nodes(1.0, &turbidity), nodes(-1.0, &sun)];
         let mut header = header(form, rule, axes.each_ref().map(Vec::as_slice));
         header.settings.insert(name.clone(), number.into());
+        header.storage = storage;
         header.profile_name = name;
         header.fit.delta_e_2000.median = median;
         Lut::new(header, values).expect("a good table")

@@ -88,10 +88,12 @@ pub fn run(args: &GenerateArgs) -> Result<()> {
     let (lut_file, csv_file) = (lut_file?, csv_file?);
     let settings = OpticsSettings::with_step_nm(MAP_STEP_NM)?;
     let truth: Box<dyn SkyModel> = match args.engine {
-        Engine::Transport => {
-            Box::new(TransportSky::new(profile, settings, DEFAULT_GROUND_ALBEDO)?)
-        }
-        Engine::Smarts => Box::new(SmartsSkyModel::new(profile, settings, DEFAULT_GROUND_ALBEDO)?),
+        Engine::Transport => Box::new(TransportSky::new(profile, settings, DEFAULT_GROUND_ALBEDO)?),
+        Engine::Smarts => Box::new(SmartsSkyModel::new(
+            profile,
+            settings,
+            DEFAULT_GROUND_ALBEDO,
+        )?),
     };
     let (lut, sweep) = bake(truth.as_ref(), &grid, &args.profile)?;
     lut_file.commit(&lut.encode())?;
@@ -141,14 +143,19 @@ pub fn bake(truth: &dyn SkyModel, grid: &Grid, profile: &Path) -> Result<(Lut, S
     };
     let draft = UtmSky::new(Lut::from_f64(header.clone(), &sweep.values)?);
     let fit = statistics(&draft, &sweep.maps)?;
-    Ok((Lut::from_f64(LutHeader { fit, ..header }, &sweep.values)?, sweep))
+    Ok((
+        Lut::from_f64(LutHeader { fit, ..header }, &sweep.values)?,
+        sweep,
+    ))
 }
 
 /// Errors of a table over the maps it was fitted to.
 fn statistics(sky: &UtmSky, maps: &[SkyMap]) -> Result<FitStatistics> {
     let (mut colors, mut luminances) = (Vec::new(), Vec::new());
     for map in maps {
-        let Some(white) = white_luminance(&map.sky) else { continue };
+        let Some(white) = white_luminance(&map.sky) else {
+            continue;
+        };
         let found = sky.yxy_map(&map.conditions, &map.directions)?;
         for (found, truth) in found.iter().zip(&map.sky) {
             colors.push(ciede2000_of_lights(*found, *truth, white));

@@ -27,8 +27,9 @@ pub fn run(args: &SkyArgs) -> Result<()> {
         turbidity: haze.turbidity()?,
         sun_zenith: Angle::from_degrees(args.place.sun_zenith_deg),
     };
-    let frame =
-        sky.frame(&conditions).map_err(|e| anyhow!("{}: {e}", source_name(&args.lut)))?;
+    let frame = sky
+        .frame(&conditions)
+        .map_err(|e| anyhow!("{}: {e}", source_name(&args.lut)))?;
     let map = directions
         .directions
         .iter()

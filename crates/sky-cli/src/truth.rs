@@ -40,21 +40,36 @@ struct Air {
 }
 
 impl Air {
-    fn new(profile: AtmosphereProfile, settings: OpticsSettings, ground_albedo: f64) -> Result<Self> {
+    fn new(
+        profile: AtmosphereProfile,
+        settings: OpticsSettings,
+        ground_albedo: f64,
+    ) -> Result<Self> {
         let sun = SolarSpectrum::g173();
         let sun = Spectrum::new(sun.wavelength_nm, sun.irradiance_w_m2_nm)?;
         let weights = ColorWeights::for_radiance_ratio(&settings.wavelength_nm, &sun)?;
         // whatever can be wrong with the settings shows here, not in the middle of a map
         OpticalProfile::build(&profile, &settings)?;
-        Ok(Self { profile, settings, ground_albedo, weights })
+        Ok(Self {
+            profile,
+            settings,
+            ground_albedo,
+            weights,
+        })
     }
 
     fn with_turbidity(&self, turbidity: f64) -> OpticsSettings {
-        OpticsSettings { haze: Haze::Turbidity(turbidity), ..self.settings.clone() }
+        OpticsSettings {
+            haze: Haze::Turbidity(turbidity),
+            ..self.settings.clone()
+        }
     }
 
     fn colors(&self, ratios: &[f64]) -> Vec<Yxy> {
-        ratios.chunks_exact(self.settings.wavelength_nm.len()).map(|s| self.weights.yxy(s)).collect()
+        ratios
+            .chunks_exact(self.settings.wavelength_nm.len())
+            .map(|s| self.weights.yxy(s))
+            .collect()
     }
 }
 
@@ -106,11 +121,19 @@ impl TransportSky {
     ///
     /// # Errors
     /// When the settings do not suit the profile.
-    pub fn new(profile: AtmosphereProfile, settings: OpticsSettings, ground_albedo: f64) -> Result<Self> {
+    pub fn new(
+        profile: AtmosphereProfile,
+        settings: OpticsSettings,
+        ground_albedo: f64,
+    ) -> Result<Self> {
         let air = Air::new(profile, settings, ground_albedo)?;
         let transport = TransportSettings::default();
         Transport::check(ground_albedo)?;
-        Ok(Self { air, transport, solved: Cache::new() })
+        Ok(Self {
+            air,
+            transport,
+            solved: Cache::new(),
+        })
     }
 
     /// The solved atmosphere of a turbidity.
@@ -120,9 +143,11 @@ impl TransportSky {
     #[must_use]
     pub fn solved(&self, turbidity: f64) -> Arc<Transport> {
         self.solved.get(turbidity, || {
-            let optics = OpticalProfile::build(&self.air.profile, &self.air.with_turbidity(turbidity))
-                .expect("checked settings");
-            Transport::solve(&optics, self.air.ground_albedo, &self.transport).expect("checked optics")
+            let optics =
+                OpticalProfile::build(&self.air.profile, &self.air.with_turbidity(turbidity))
+                    .expect("checked settings");
+            Transport::solve(&optics, self.air.ground_albedo, &self.transport)
+                .expect("checked optics")
         })
     }
 }
@@ -143,8 +168,11 @@ impl SkyModel for TransportSky {
     ) -> Result<Vec<Yxy>, OutsideDomain> {
         DOMAIN.check(conditions)?;
         let solved = self.solved(conditions.turbidity);
-        let ratios =
-            solved.radiance_ratio(conditions.observer_altitude, conditions.sun_zenith, directions);
+        let ratios = solved.radiance_ratio(
+            conditions.observer_altitude,
+            conditions.sun_zenith,
+            directions,
+        );
         Ok(self.air.colors(&ratios))
     }
 }
@@ -162,13 +190,21 @@ impl SmartsSkyModel {
     ///
     /// # Errors
     /// When the settings do not suit the profile.
-    pub fn new(profile: AtmosphereProfile, settings: OpticsSettings, ground_albedo: f64) -> Result<Self> {
+    pub fn new(
+        profile: AtmosphereProfile,
+        settings: OpticsSettings,
+        ground_albedo: f64,
+    ) -> Result<Self> {
         let unit_sun = SolarSpectrum {
             irradiance_w_m2_nm: vec![1.0; settings.wavelength_nm.len()],
             wavelength_nm: settings.wavelength_nm.clone(),
         };
         SmartsSky::new(&profile, &settings, ground_albedo)?.with_sun(&unit_sun)?;
-        Ok(Self { air: Air::new(profile, settings, ground_albedo)?, made: Cache::new(), unit_sun })
+        Ok(Self {
+            air: Air::new(profile, settings, ground_albedo)?,
+            made: Cache::new(),
+            unit_sun,
+        })
     }
 }
 
@@ -196,7 +232,11 @@ impl SkyModel for SmartsSkyModel {
                 .expect("checked settings")
         });
         let map = sky
-            .radiance(conditions.observer_altitude, conditions.sun_zenith, directions)
+            .radiance(
+                conditions.observer_altitude,
+                conditions.sun_zenith,
+                directions,
+            )
             .expect("checked conditions");
         Ok(self.air.colors(&map.spectral_radiance))
     }

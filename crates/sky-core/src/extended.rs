@@ -78,8 +78,12 @@ pub fn basis(cosine: f32, radii: [f32; 2], gamma: f32, mu: f32) -> [f32; TERMS] 
 /// The products for an observer and sun, as a fit needs them.
 #[must_use]
 pub fn basis_in(direction: &SkyDirection, conditions: &Conditions) -> [f32; TERMS] {
-    let radii = SCALE_HEIGHTS_KM
-        .map(|h| single(radius_in_scale_heights(conditions.observer_altitude, Length::from_km(h))));
+    let radii = SCALE_HEIGHTS_KM.map(|h| {
+        single(radius_in_scale_heights(
+            conditions.observer_altitude,
+            Length::from_km(h),
+        ))
+    });
     basis(
         single(direction.view_zenith.radians().cos()),
         radii,
@@ -105,7 +109,10 @@ mod tests {
                 let cosine = 1.0 - f32::from(i) / 200.0 * 1.1;
                 for gamma in [0.0_f32, 1.0, 3.1] {
                     let all = basis(cosine, radii, gamma, gamma.cos());
-                    assert!(all.iter().all(|p| p.is_finite() && p.abs() <= 1.0), "{all:?}");
+                    assert!(
+                        all.iter().all(|p| p.is_finite() && p.abs() <= 1.0),
+                        "{all:?}"
+                    );
                 }
             }
         }

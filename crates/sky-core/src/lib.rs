@@ -4,16 +4,16 @@
 //! files, no threads, no clock. Out of scope: radiative transfer (`sky-sim`), fitting (`sky-fit`),
 //! pixels (`sky-gpu`).
 
-pub mod color;
 pub mod air_mass;
 pub mod axis;
+pub mod color;
 pub mod direction;
-pub mod metrics;
+pub mod extended;
 pub mod haze;
 pub mod lut;
+pub mod metrics;
 pub mod perez;
 pub mod quantity;
 pub mod sky_model;
 pub mod spectrum;
-pub mod extended;
 pub mod utm_sky;

@@ -269,7 +269,8 @@ impl LutHeader {
             .into_iter()
             .chain([self.values_per_node()])
             .try_fold(1, product)
-            .filter(|count| u32::try_from(*count).is_ok())
+            // The file counts bytes, at most 4 a value.
+            .filter(|count| u32::try_from(count.saturating_mul(4)).is_ok())
             .ok_or(LutError::TooLarge {
                 shape: self.shape(),
             })
@@ -364,7 +365,7 @@ pub enum LutError {
         found: f64,
     },
     /// More values than a file can hold.
-    #[error("header: {} x {} x {} nodes: expected fewer than 2^32 values", shape[0], shape[1], shape[2])]
+    #[error("header: {} x {} x {} nodes: expected fewer than 2^30 values", shape[0], shape[1], shape[2])]
     TooLarge {
         /// Nodes along the axes.
         shape: [usize; 3],
@@ -477,7 +478,11 @@ impl Lut {
         let end = (PRELUDE_BYTES + header.len()).next_multiple_of(ALIGNMENT);
         header.resize(end - PRELUDE_BYTES, b' ');
         let data: Vec<u8> = match self.header.storage {
-            Storage::F32 => self.data.iter().flat_map(|value| value.to_le_bytes()).collect(),
+            Storage::F32 => self
+                .data
+                .iter()
+                .flat_map(|value| value.to_le_bytes())
+                .collect(),
             Storage::Linear16 => {
                 let scales = Scale::of(&self.data, self.header.values_per_node());
                 let indices = self
@@ -553,7 +558,12 @@ impl Lut {
         let (header, data) = content[PRELUDE_BYTES..].split_at(header_bytes as usize);
         let header: LutHeader = serde_json::from_slice(header)?;
         let floats = |bytes: &[u8]| -> Vec<f32> {
-            bytes.as_chunks().0.iter().map(|chunk| f32::from_le_bytes(*chunk)).collect()
+            bytes
+                .as_chunks()
+                .0
+                .iter()
+                .map(|chunk| f32::from_le_bytes(*chunk))
+                .collect()
         };
         let (found, odd, data) = match header.storage {
             Storage::F32 => (data.len() / 4, data.len() % 4, floats(data)),
@@ -564,7 +574,10 @@ impl Lut {
                     .as_chunks()
                     .0
                     .iter()
-                    .map(|[least, largest]| Scale { least: *least, largest: *largest })
+                    .map(|[least, largest]| Scale {
+                        least: *least,
+                        largest: *largest,
+                    })
                     .collect();
                 let values = indices
                     .as_chunks()
@@ -665,8 +678,14 @@ impl Scale {
             .map(|i| {
                 let column = data.iter().skip(i).step_by(values_per_node);
                 column.fold(
-                    Self { least: f32::INFINITY, largest: f32::NEG_INFINITY },
-                    |s, v| Self { least: s.least.min(*v), largest: s.largest.max(*v) },
+                    Self {
+                        least: f32::INFINITY,
+                        largest: f32::NEG_INFINITY,
+                    },
+                    |s, v| Self {
+                        least: s.least.min(*v),
+                        largest: s.largest.max(*v),
+                    },
                 )
             })
             .collect()

@@ -86,7 +86,11 @@ impl UtmSky {
         let header = self.lut.header();
         header.domain.check(conditions)?;
         let altitude_km = conditions.observer_altitude.km();
-        let (altitude, turbidity, sun) = (&header.altitude_km, &header.turbidity, &header.sun_zenith_deg);
+        let (altitude, turbidity, sun) = (
+            &header.altitude_km,
+            &header.turbidity,
+            &header.sun_zenith_deg,
+        );
         let layers = match header.interpolation {
             Interpolation::LogLinear => two(cell(altitude, altitude_km, |h| h)),
             Interpolation::ReportLagrange => lagrange(altitude, altitude_km),
@@ -103,7 +107,10 @@ impl UtmSky {
             weights: [0.0; MOST_CORNERS],
             coefficients: [[[0.0; MOST_TERMS]; 3]; MOST_CORNERS],
             radii: extended::SCALE_HEIGHTS_KM.map(|h| {
-                single(radius_in_scale_heights(conditions.observer_altitude, Length::from_km(h)))
+                single(radius_in_scale_heights(
+                    conditions.observer_altitude,
+                    Length::from_km(h),
+                ))
             }),
             sin_sun: single(conditions.sun_zenith.radians().sin()),
             cos_sun: single(conditions.sun_zenith.radians().cos()),
@@ -120,8 +127,15 @@ impl UtmSky {
                     let node = self.lut.node(a, t, s);
                     // linear coefficients blend into one set; others are kept for their colors
                     let blended = header.form == Form::Extended;
-                    let (k, factor) = if blended { (0, weight) } else { (frame.corners, 1.0) };
-                    for (to, from) in frame.coefficients[k].iter_mut().zip(node.chunks_exact(terms)) {
+                    let (k, factor) = if blended {
+                        (0, weight)
+                    } else {
+                        (frame.corners, 1.0)
+                    };
+                    for (to, from) in frame.coefficients[k]
+                        .iter_mut()
+                        .zip(node.chunks_exact(terms))
+                    {
                         for (to, from) in to.iter_mut().zip(from) {
                             *to += factor * from;
                         }
@@ -139,14 +153,31 @@ impl UtmSky {
 fn cell(axis: &Axis, value: f64, coordinate: impl Fn(f64) -> f64) -> Cell {
     let [low, high] = axis.bounds();
     let value = value.clamp(low, high); // the domain was checked; this undoes rounding alone
-    axis.cell_from_value(value).map_or(Cell { lower: 0, fraction: 0.0 }, |c| {
-        let (from, to) = (coordinate(axis.nodes()[c.lower]), coordinate(axis.nodes()[c.lower + 1]));
-        Cell { fraction: (coordinate(value) - from) / (to - from), ..c }
-    })
+    axis.cell_from_value(value).map_or(
+        Cell {
+            lower: 0,
+            fraction: 0.0,
+        },
+        |c| {
+            let (from, to) = (
+                coordinate(axis.nodes()[c.lower]),
+                coordinate(axis.nodes()[c.lower + 1]),
+            );
+            Cell {
+                fraction: (coordinate(value) - from) / (to - from),
+                ..c
+            }
+        },
+    )
 }
 
 fn two(c: Cell) -> [(usize, f64); 4] {
-    [(c.lower, 1.0 - c.fraction), (c.lower + 1, c.fraction), (0, 0.0), (0, 0.0)]
+    [
+        (c.lower, 1.0 - c.fraction),
+        (c.lower + 1, c.fraction),
+        (0, 0.0),
+        (0, 0.0),
+    ]
 }
 
 /// The report's rule: the four nodes nearest to the cell and Lagrange's weights.
@@ -183,7 +214,9 @@ impl SkyFrame {
             cos_view * self.sin_sun - sin_view * cos_azimuth * self.cos_sun,
             sin_view * sin_azimuth * self.sin_sun,
         ];
-        let gamma = (cross[0] * cross[0] + cross[1] * cross[1] + cross[2] * cross[2]).sqrt().atan2(mu);
+        let gamma = (cross[0] * cross[0] + cross[1] * cross[1] + cross[2] * cross[2])
+            .sqrt()
+            .atan2(mu);
         let [luminance, x, y] = match self.form {
             Form::Extended => {
                 let basis = extended::basis(cos_view, self.radii, gamma, mu.clamp(-1.0, 1.0));
@@ -192,24 +225,38 @@ impl SkyFrame {
                 [ln_luminance.exp(), x, y]
             }
             Form::PerezReport => self.blend(1.0 / cos_view.max(0.0), gamma),
-            Form::PerezSpherical => self.blend(chapman_air_mass_f32(cos_view, self.radii[0]), gamma),
+            Form::PerezSpherical => {
+                self.blend(chapman_air_mass_f32(cos_view, self.radii[0]), gamma)
+            }
         };
-        Some(Yxy { luminance_cd_m2: luminance.into(), x: x.into(), y: y.into() })
+        Some(Yxy {
+            luminance_cd_m2: luminance.into(),
+            x: x.into(),
+            y: y.into(),
+        })
     }
 
     /// Perez's formula at each corner, blended by the table's rule.
     fn blend(&self, air_mass: f32, gamma: f32) -> [f32; 3] {
         let sun_zenith = self.sin_sun.atan2(self.cos_sun);
         let mut sum = [0.0_f64; 3];
-        for (weight, channels) in self.weights.iter().zip(&self.coefficients).take(self.corners) {
+        for (weight, channels) in self
+            .weights
+            .iter()
+            .zip(&self.coefficients)
+            .take(self.corners)
+        {
             let [luminance, x, y] =
                 channels.map(|c| perez(&c, air_mass, gamma) * c[0] / perez(&c, 1.0, sun_zenith));
             let weight = f64::from(*weight);
             let parts = match self.interpolation {
                 Interpolation::LogLinear => [luminance.ln().into(), x.into(), y.into()],
                 Interpolation::ReportLagrange => {
-                    let light =
-                        Yxy { luminance_cd_m2: luminance.into(), x: x.into(), y: y.into() };
+                    let light = Yxy {
+                        luminance_cd_m2: luminance.into(),
+                        x: x.into(),
+                        y: y.into(),
+                    };
                     let rgb = linear_srgb_from_xyz(xyz_from_yxy(light));
                     [rgb.red, rgb.green, rgb.blue]
                 }
@@ -258,6 +305,9 @@ impl SkyModel for UtmSky {
         directions: &[SkyDirection],
     ) -> Result<Vec<Yxy>, OutsideDomain> {
         let frame = self.frame(conditions)?;
-        Ok(directions.iter().map(|d| frame.yxy(d).unwrap_or_default()).collect())
+        Ok(directions
+            .iter()
+            .map(|d| frame.yxy(d).unwrap_or_default())
+            .collect())
     }
 }

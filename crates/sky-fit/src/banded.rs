@@ -24,17 +24,30 @@ pub(crate) struct BandedSystem {
 impl BandedSystem {
     pub(crate) fn new(size: usize, width: usize) -> Self {
         let width = width.min(size);
-        Self { size, width, band: vec![0.0; size * (width + 1)], right: vec![[0.0; 3]; size] }
+        Self {
+            size,
+            width,
+            band: vec![0.0; size * (width + 1)],
+            right: vec![[0.0; 3]; size],
+        }
     }
 
     /// Adds `factor` times a square block whose first entry is at a row and column; the part above the
     /// diagonal is dropped, its mirror image is expected to be added too.
-    pub(crate) fn add_block(&mut self, row: usize, column: usize, size: usize, block: &[f64], factor: f64) {
+    pub(crate) fn add_block(
+        &mut self,
+        row: usize,
+        column: usize,
+        size: usize,
+        block: &[f64],
+        factor: f64,
+    ) {
         for i in 0..size {
             for j in 0..size {
                 let (r, c) = (row + i, column + j);
                 if c <= r {
-                    self.band[r * (self.width + 1) + self.width - (r - c)] += factor * block[i * size + j];
+                    self.band[r * (self.width + 1) + self.width - (r - c)] +=
+                        factor * block[i * size + j];
                 }
             }
         }
@@ -70,15 +83,19 @@ impl BandedSystem {
             let squares: f64 = this[w - (r - row_start(r))..w].iter().map(|x| x * x).sum();
             let pivot = this[w] - squares;
             if pivot.is_nan() || pivot <= 0.0 {
-                return Err(NotPositive { row: r, found: pivot });
+                return Err(NotPositive {
+                    row: r,
+                    found: pivot,
+                });
             }
             this[w] = pivot.sqrt();
         }
         for r in 0..n {
             let row = &self.band[r * (w + 1)..(r + 1) * (w + 1)];
             for k in 0..3 {
-                let sum: f64 =
-                    (row_start(r)..r).map(|c| row[w - (r - c)] * self.right[c][k]).sum();
+                let sum: f64 = (row_start(r)..r)
+                    .map(|c| row[w - (r - c)] * self.right[c][k])
+                    .sum();
                 self.right[r][k] = (self.right[r][k] - sum) / row[w];
             }
         }
@@ -114,7 +131,11 @@ mod tests {
         let dense = system.clone();
         let at = |r: usize, c: usize| {
             let (r, c) = (r.max(c), r.min(c));
-            if r - c > 6 { 0.0 } else { dense.band[r * 7 + 6 - (r - c)] }
+            if r - c > 6 {
+                0.0
+            } else {
+                dense.band[r * 7 + 6 - (r - c)]
+            }
         };
         for i in 0..n {
             let x = f64::from(u32::try_from(i).expect("small")).sin();

@@ -65,7 +65,9 @@ impl Grid {
             turbidity: Axis::new("1", vec![1.0, t(0.008_275_36), 1.3, 2.0, 3.0, 5.0, 8.0])?,
             sun_zenith_deg: Axis::new(
                 "deg",
-                vec![0.0, 30.0, 50.0, 68.0, 78.0, 83.0, 86.0, 88.0, 90.0, 91.0, 92.0, 94.0, 96.0],
+                vec![
+                    0.0, 30.0, 50.0, 68.0, 78.0, 83.0, 86.0, 88.0, 90.0, 91.0, 92.0, 94.0, 96.0,
+                ],
             )?,
             form: Form::Extended,
         })
@@ -75,7 +77,10 @@ impl Grid {
     #[must_use]
     pub fn maps(&self) -> usize {
         let [a, s] = match self.form {
-            Form::Extended => [between(self.altitude_km.nodes()).len(), between(self.sun_zenith_deg.nodes()).len()],
+            Form::Extended => [
+                between(self.altitude_km.nodes()).len(),
+                between(self.sun_zenith_deg.nodes()).len(),
+            ],
             _ => [self.altitude_km.len(), self.sun_zenith_deg.len()],
         };
         a * s * self.turbidity.len()
@@ -135,7 +140,11 @@ impl SkyMap {
         };
         directions.retain(|d| is_clear_of_sun(d, conditions.sun_zenith, exclusion));
         let sky = truth.yxy_map(&conditions, &directions)?;
-        Ok(Self { conditions, directions, sky })
+        Ok(Self {
+            conditions,
+            directions,
+            sky,
+        })
     }
 }
 
@@ -146,7 +155,9 @@ pub enum SweepError {
     #[error("grid: {0}")]
     Outside(#[from] OutsideDomain),
     /// A channel that could not be fitted.
-    #[error("altitude {altitude_km} km, turbidity {turbidity}, sun zenith {sun_zenith_deg} deg: {source}")]
+    #[error(
+        "altitude {altitude_km} km, turbidity {turbidity}, sun zenith {sun_zenith_deg} deg: {source}"
+    )]
     Fit {
         /// Observer altitude \[km\].
         altitude_km: f64,
@@ -158,7 +169,9 @@ pub enum SweepError {
         source: FitError,
     },
     /// A fit that stopped before it converged.
-    #[error("altitude {altitude_km} km, turbidity {turbidity}, sun zenith {sun_zenith_deg} deg, {channel:?}: expected a converged fit, found {why:?}")]
+    #[error(
+        "altitude {altitude_km} km, turbidity {turbidity}, sun zenith {sun_zenith_deg} deg, {channel:?}: expected a converged fit, found {why:?}"
+    )]
     NotConverged {
         /// Observer altitude \[km\].
         altitude_km: f64,
@@ -185,10 +198,12 @@ pub enum SweepError {
 /// azimuth, down to 0.25° above the geometric horizon.
 #[must_use]
 pub fn fit_directions(altitude: Length) -> Vec<SkyDirection> {
-    const HIGH: [f64; 14] =
-        [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 75.0, 80.0, 83.0, 86.0, 88.0, 89.0];
-    const AZIMUTHS: [f64; 13] =
-        [0.0, 8.0, 16.0, 26.0, 40.0, 55.0, 72.0, 90.0, 110.0, 130.0, 150.0, 165.0, 180.0];
+    const HIGH: [f64; 14] = [
+        0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 75.0, 80.0, 83.0, 86.0, 88.0, 89.0,
+    ];
+    const AZIMUTHS: [f64; 13] = [
+        0.0, 8.0, 16.0, 26.0, 40.0, 55.0, 72.0, 90.0, 110.0, 130.0, 150.0, 165.0, 180.0,
+    ];
     let lowest = horizon_zenith(altitude).degrees() - 0.25;
     let low = (1..=6_u8).map(|k| 89.0 + (lowest - 89.0) * f64::from(k) / 6.0);
     HIGH.into_iter()
@@ -201,14 +216,22 @@ pub fn fit_directions(altitude: Length) -> Vec<SkyDirection> {
 ///
 /// # Errors
 /// When the sky does not cover the grid or a node cannot be fitted; the node is named.
-pub fn sweep(truth: &dyn SkyModel, grid: &Grid, done: &(dyn Fn() + Sync)) -> Result<Sweep, SweepError> {
+pub fn sweep(
+    truth: &dyn SkyModel,
+    grid: &Grid,
+    done: &(dyn Fn() + Sync),
+) -> Result<Sweep, SweepError> {
     match grid.form {
         Form::Extended => sweep_extended(truth, grid, done),
         Form::PerezReport | Form::PerezSpherical => sweep_perez(truth, grid, done),
     }
 }
 
-fn sweep_perez(truth: &dyn SkyModel, grid: &Grid, done: &(dyn Fn() + Sync)) -> Result<Sweep, SweepError> {
+fn sweep_perez(
+    truth: &dyn SkyModel,
+    grid: &Grid,
+    done: &(dyn Fn() + Sync),
+) -> Result<Sweep, SweepError> {
     let mut cells = Vec::new();
     for altitude_km in grid.altitude_km.nodes() {
         for turbidity in grid.turbidity.nodes() {
@@ -233,7 +256,11 @@ fn sweep_perez(truth: &dyn SkyModel, grid: &Grid, done: &(dyn Fn() + Sync)) -> R
         .flat_map(|node| &node.channels)
         .flat_map(|fit| core::iter::once(fit.zenith_value).chain(fit.coefficients.to_array()))
         .collect();
-    Ok(Sweep { values, nodes, maps })
+    Ok(Sweep {
+        values,
+        nodes,
+        maps,
+    })
 }
 
 /// Lets the sky do its own parallel work for each turbidity before many threads ask for it.
@@ -254,7 +281,11 @@ fn fit_node(
     form: Form,
     (altitude_km, turbidity, sun_zenith_deg): (f64, f64, f64),
 ) -> Result<NodeFit, SweepError> {
-    let SkyMap { conditions, directions, sky } = map;
+    let SkyMap {
+        conditions,
+        directions,
+        sky,
+    } = map;
     let mass = |d: &SkyDirection| match form {
         Form::PerezReport => plane_parallel_air_mass(d.view_zenith.radians().cos()),
         _ => relative_air_mass(
@@ -265,7 +296,10 @@ fn fit_node(
     };
     let mut channels = Vec::new();
     for (channel, value) in [
-        (Channel::Luminance, (|y: &Yxy| y.luminance_cd_m2) as fn(&Yxy) -> f64),
+        (
+            Channel::Luminance,
+            (|y: &Yxy| y.luminance_cd_m2) as fn(&Yxy) -> f64,
+        ),
         (Channel::ChromaticityX, |y| y.x),
         (Channel::ChromaticityY, |y| y.y),
     ] {
@@ -285,9 +319,14 @@ fn fit_node(
             sun_zenith: conditions.sun_zenith,
             zenith_air_mass: 1.0,
         };
-        let fit = fit_channel(&sky, channel, Starts::Several, &FitOptions::default()).map_err(|source| {
-            SweepError::Fit { altitude_km, turbidity, sun_zenith_deg, source }
-        })?;
+        let fit = fit_channel(&sky, channel, Starts::Several, &FitOptions::default()).map_err(
+            |source| SweepError::Fit {
+                altitude_km,
+                turbidity,
+                sun_zenith_deg,
+                source,
+            },
+        )?;
         if !fit.report.why_stopped.converged() {
             return Err(SweepError::NotConverged {
                 altitude_km,
@@ -299,7 +338,12 @@ fn fit_node(
         }
         channels.push(fit);
     }
-    Ok(NodeFit { altitude_km, turbidity, sun_zenith_deg, channels })
+    Ok(NodeFit {
+        altitude_km,
+        turbidity,
+        sun_zenith_deg,
+        channels,
+    })
 }
 
 /// Coefficients of the unit of regularization: what draws a coefficient to 0 where the sky does not
@@ -308,7 +352,10 @@ const RIDGE: f64 = 5e-4;
 
 /// The nodes of an axis and the points half way between them.
 fn between(nodes: &[f64]) -> Vec<f64> {
-    let mut all: Vec<f64> = nodes.windows(2).flat_map(|w| [w[0], 0.5 * (w[0] + w[1])]).collect();
+    let mut all: Vec<f64> = nodes
+        .windows(2)
+        .flat_map(|w| [w[0], 0.5 * (w[0] + w[1])])
+        .collect();
     all.extend(nodes.last());
     all
 }
@@ -319,7 +366,11 @@ struct Normal {
     right: Vec<[f64; 3]>,
 }
 
-fn sweep_extended(truth: &dyn SkyModel, grid: &Grid, done: &(dyn Fn() + Sync)) -> Result<Sweep, SweepError> {
+fn sweep_extended(
+    truth: &dyn SkyModel,
+    grid: &Grid,
+    done: &(dyn Fn() + Sync),
+) -> Result<Sweep, SweepError> {
     const K: usize = extended::TERMS;
     let (altitudes, suns) = (&grid.altitude_km, &grid.sun_zenith_deg);
     let (na, nt, ns) = (altitudes.len(), grid.turbidity.len(), suns.len());
@@ -348,7 +399,9 @@ fn sweep_extended(truth: &dyn SkyModel, grid: &Grid, done: &(dyn Fn() + Sync)) -
         for ((altitude_km, sun), normal) in places.iter().zip(&normals) {
             let corners: Vec<(usize, f64)> = corners_of(suns, *sun)
                 .into_iter()
-                .flat_map(|(s, ws)| corners_of(altitudes, *altitude_km).map(move |(a, wa)| (s * na + a, ws * wa)))
+                .flat_map(|(s, ws)| {
+                    corners_of(altitudes, *altitude_km).map(move |(a, wa)| (s * na + a, ws * wa))
+                })
                 .filter(|(_, w)| *w > 0.0)
                 .collect();
             for (p, wp) in &corners {
@@ -361,8 +414,10 @@ fn sweep_extended(truth: &dyn SkyModel, grid: &Grid, done: &(dyn Fn() + Sync)) -
             }
         }
         system.add_diagonal(RIDGE * RIDGE);
-        let solution =
-            system.solve().map_err(|source| SweepError::Singular { turbidity: *turbidity, source })?;
+        let solution = system.solve().map_err(|source| SweepError::Singular {
+            turbidity: *turbidity,
+            source,
+        })?;
         for s in 0..ns {
             for a in 0..na {
                 for i in 0..K {
@@ -386,17 +441,25 @@ fn sweep_extended(truth: &dyn SkyModel, grid: &Grid, done: &(dyn Fn() + Sync)) -
             }
         }
     }
-    Ok(Sweep { values, nodes, maps })
+    Ok(Sweep {
+        values,
+        nodes,
+        maps,
+    })
 }
 
 fn corners_of(axis: &Axis, value: f64) -> [(usize, f64); 2] {
-    axis.cell_from_value(value)
-        .map_or([(0, 0.0); 2], |c| [(c.lower, 1.0 - c.fraction), (c.lower + 1, c.fraction)])
+    axis.cell_from_value(value).map_or([(0, 0.0); 2], |c| {
+        [(c.lower, 1.0 - c.fraction), (c.lower + 1, c.fraction)]
+    })
 }
 
 fn normal_equations(map: &SkyMap) -> Normal {
     const K: usize = extended::TERMS;
-    let mut normal = Normal { matrix: vec![0.0; K * K], right: vec![[0.0; 3]; K] };
+    let mut normal = Normal {
+        matrix: vec![0.0; K * K],
+        right: vec![[0.0; 3]; K],
+    };
     let mut used = 0.0;
     for (d, light) in map.directions.iter().zip(&map.sky) {
         // a direction without light has no color to fit

@@ -41,8 +41,12 @@ mod tests {
     fn integrates_polynomials_exactly() {
         for n in 1..=16 {
             let degree = 2 * i32::try_from(n).expect("small") - 1;
-            let sum: f64 = gauss_legendre(n, 0.5, 2.0).iter().map(|(x, w)| w * x.powi(degree)).sum();
-            let exact = (2.0_f64.powi(degree + 1) - 0.5_f64.powi(degree + 1)) / f64::from(degree + 1);
+            let sum: f64 = gauss_legendre(n, 0.5, 2.0)
+                .iter()
+                .map(|(x, w)| w * x.powi(degree))
+                .sum();
+            let exact =
+                (2.0_f64.powi(degree + 1) - 0.5_f64.powi(degree + 1)) / f64::from(degree + 1);
             assert!((sum / exact - 1.0).abs() < 1e-12, "n = {n}: {sum} {exact}");
         }
     }

@@ -116,9 +116,18 @@ impl Grid {
         let sun_weights = self.cubic_weights(column, sun_zenith_deg);
         let mut mean = 0.0;
         for up in 0..2 {
-            let share = if up == 0 { 1.0 - shell.fraction } else { shell.fraction };
+            let share = if up == 0 {
+                1.0 - shell.fraction
+            } else {
+                shell.fraction
+            };
             for on in 0..2 {
-                let w = share * if on == 0 { 1.0 - column.fraction } else { column.fraction };
+                let w = share
+                    * if on == 0 {
+                        1.0 - column.fraction
+                    } else {
+                        column.fraction
+                    };
                 let node = self.node(shell.level + up, column.level + on);
                 corners.node[2 * on + up] = node;
                 corners.weight[2 * on + up] = w * field.inverse_scale[node];
@@ -138,7 +147,10 @@ impl Grid {
         let x = self.columns.levels();
         let first = column.level.saturating_sub(1).min(x.len() - 4);
         let mut w = [0.0; 4];
-        if column.level == 0 || column.level + 2 >= x.len() || sun_zenith_deg > LAST_SMOOTH_COLUMN_DEG {
+        if column.level == 0
+            || column.level + 2 >= x.len()
+            || sun_zenith_deg > LAST_SMOOTH_COLUMN_DEG
+        {
             w[column.level - first] = 1.0 - column.fraction;
             w[column.level + 1 - first] = column.fraction;
             return (first, w);
@@ -172,10 +184,17 @@ pub(super) struct Field {
 
 impl Field {
     /// Adds an order of scattering, or a multiple of it, `[column * vectors + vector]`.
-    pub(super) fn add(&mut self, order: &Self, factor: Option<&[Lanes]>, vectors: usize, count: usize) {
+    pub(super) fn add(
+        &mut self,
+        order: &Self,
+        factor: Option<&[Lanes]>,
+        vectors: usize,
+        count: usize,
+    ) {
         let shells = self.log_scale.len() * vectors / self.ground_irradiance.len();
         let one = [1.0; WIDTH];
-        let factor = |column: usize, vector: usize| factor.map_or(&one, |f| &f[column * vectors + vector]);
+        let factor =
+            |column: usize, vector: usize| factor.map_or(&one, |f| &f[column * vectors + vector]);
         let add = |a: &mut Lanes, b: &Lanes, w: &Lanes| {
             for l in 0..WIDTH {
                 a[l] += w[l] * b[l];
@@ -185,16 +204,22 @@ impl Field {
             let (node, vector) = (i / count / vectors, i / count % vectors);
             add(a, b, factor(node / shells, vector));
         }
-        for (i, (a, b)) in self.ground_irradiance.iter_mut().zip(&order.ground_irradiance).enumerate() {
+        for (i, (a, b)) in self
+            .ground_irradiance
+            .iter_mut()
+            .zip(&order.ground_irradiance)
+            .enumerate()
+        {
             add(a, b, factor(i / vectors, i % vectors));
         }
     }
 
     /// Sets the size of the field at each node: the sum over wavelength of the zeroth moment.
     pub(super) fn measure(&mut self, vectors: usize, count: usize) {
-        let sizes = self.moments.chunks_exact(vectors * count).map(|node| {
-            node.iter().step_by(count).flatten().sum::<f64>().max(1e-30)
-        });
+        let sizes = self
+            .moments
+            .chunks_exact(vectors * count)
+            .map(|node| node.iter().step_by(count).flatten().sum::<f64>().max(1e-30));
         self.inverse_scale = sizes.clone().map(|s| 1.0 / s).collect();
         self.log_scale = sizes.map(f64::ln).collect();
     }

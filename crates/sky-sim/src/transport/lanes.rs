@@ -81,7 +81,12 @@ pub(super) fn exp(x: &Lanes) -> Lanes {
 /// Transmittance from the start of a segment to its middle and to its end, from the extinction per
 /// length at start, middle and end (a parabola through the three).
 #[inline(always)]
-pub(super) fn simpson_transmittance(length: f64, a: &Lanes, m: &Lanes, b: &Lanes) -> (Lanes, Lanes) {
+pub(super) fn simpson_transmittance(
+    length: f64,
+    a: &Lanes,
+    m: &Lanes,
+    b: &Lanes,
+) -> (Lanes, Lanes) {
     let (mut middle, mut end) = (ZERO, ZERO);
     for l in 0..WIDTH {
         middle[l] = -length * (5.0 * a[l] + 8.0 * m[l] - b[l]) / 24.0;

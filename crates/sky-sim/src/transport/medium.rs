@@ -35,7 +35,11 @@ impl LevelFinder {
                 level
             })
             .collect();
-        Self { levels: levels.to_vec(), bins, per_km }
+        Self {
+            levels: levels.to_vec(),
+            bins,
+            per_km,
+        }
     }
 
     pub(super) fn levels(&self) -> &[f64] {
@@ -56,7 +60,10 @@ impl LevelFinder {
             level += 1;
         }
         let (a, b) = (self.levels[level], self.levels[level + 1]);
-        Between { level, fraction: ((z - a) / (b - a)).clamp(0.0, 1.0) }
+        Between {
+            level,
+            fraction: ((z - a) / (b - a)).clamp(0.0, 1.0),
+        }
     }
 }
 
@@ -87,10 +94,14 @@ impl Medium {
     pub(super) fn new(optics: &OpticalProfile) -> Self {
         let n = optics.wavelength_nm.len();
         let sum = |tables: &[&[f64]]| -> Vec<f64> {
-            (0..tables[0].len()).map(|i| tables.iter().map(|t| t[i]).sum()).collect()
+            (0..tables[0].len())
+                .map(|i| tables.iter().map(|t| t[i]).sum())
+                .collect()
         };
-        let scattering =
-            sum(&[&optics.rayleigh_scattering_per_km, &optics.aerosol_scattering_per_km]);
+        let scattering = sum(&[
+            &optics.rayleigh_scattering_per_km,
+            &optics.aerosol_scattering_per_km,
+        ]);
         let extinction = sum(&[
             &scattering,
             &optics.gas_absorption_per_km,
@@ -104,7 +115,11 @@ impl Medium {
         let mut largest_g = 0.0_f64;
         for i in 0..scattering.len() {
             if optics.aerosol_scattering_per_km[i] > 0.0 {
-                let first = if optics.aerosol_g_weight[i] > 0.0 { optics.aerosol_g[i].abs() } else { 0.0 };
+                let first = if optics.aerosol_g_weight[i] > 0.0 {
+                    optics.aerosol_g[i].abs()
+                } else {
+                    0.0
+                };
                 largest_g = largest_g.max(first);
                 if optics.aerosol_g_weight[i] < 0.9 {
                     largest_g = largest_g.max(optics.aerosol_g2[i].abs());
@@ -114,7 +129,9 @@ impl Medium {
         let extinction_range = extinction
             .chunks_exact(n)
             .map(|row| {
-                row.iter().fold([0.0, f64::INFINITY], |r: [f64; 2], b| [r[0].max(*b), r[1].min(*b)])
+                row.iter().fold([0.0, f64::INFINITY], |r: [f64; 2], b| {
+                    [r[0].max(*b), r[1].min(*b)]
+                })
             })
             .collect();
         Self {
@@ -147,9 +164,17 @@ impl Medium {
         // running integrals of extinction and scattering at the first and last wavelengths
         let last = (self.wavelengths - 1) % WIDTH;
         let value = |level: usize, which: usize| {
-            let table = if which < 2 { &self.extinction } else { &self.scattering };
+            let table = if which < 2 {
+                &self.extinction
+            } else {
+                &self.scattering
+            };
             let row = level * self.vectors;
-            if which % 2 == 0 { table[row][0] } else { table[row + self.vectors - 1][last] }
+            if which % 2 == 0 {
+                table[row][0]
+            } else {
+                table[row + self.vectors - 1][last]
+            }
         };
         let mut integral = vec![[0.0; 4]; n];
         for i in 1..n {
@@ -165,7 +190,8 @@ impl Medium {
                 && (0..4).all(|w| {
                     let at_middle = value(middle.level, w)
                         + middle.fraction * (value(middle.level + 1, w) - value(middle.level, w));
-                    let simpson = thickness / 6.0 * (value(from, w) + 4.0 * at_middle + value(to, w));
+                    let simpson =
+                        thickness / 6.0 * (value(from, w) + 4.0 * at_middle + value(to, w));
                     let exact = integral[to][w] - integral[from][w];
                     (simpson - exact).abs() <= TOLERANCE * exact
                 })
@@ -215,7 +241,10 @@ impl Medium {
     /// Largest and smallest extinction over wavelength at an altitude \[km⁻¹\].
     pub(super) fn extinction_bounds(&self, z: f64) -> [f64; 2] {
         let p = self.finder.find(z);
-        let (a, b) = (self.extinction_range[p.level], self.extinction_range[p.level + 1]);
+        let (a, b) = (
+            self.extinction_range[p.level],
+            self.extinction_range[p.level + 1],
+        );
         core::array::from_fn(|i| a[i] + p.fraction * (b[i] - a[i]))
     }
 }

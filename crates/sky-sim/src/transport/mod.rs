@@ -12,6 +12,7 @@ mod field;
 mod lanes;
 mod medium;
 mod path;
+mod spread;
 mod sun;
 mod template;
 
@@ -25,6 +26,7 @@ use path::{Path, Ray, Sampling};
 use rayon::prelude::*;
 use sky_core::direction::SkyDirection;
 use sky_core::quantity::{Angle, EARTH_RADIUS_KM, Length};
+use spread::Spread;
 use sun::{SunPlace, SunTable, horizon_cosine};
 use template::{Stop, Template};
 
@@ -41,7 +43,9 @@ pub enum TransportError {
     #[error("ground albedo: expected 0..1, found {0}")]
     Albedo(f64),
     /// The series of orders does not converge in the orders allowed.
-    #[error("multiple scattering: order {orders} still adds {share:.1e} of the field, expected below {expected:.1e}")]
+    #[error(
+        "multiple scattering: order {orders} still adds {share:.1e} of the field, expected below {expected:.1e}"
+    )]
     NotConverged {
         /// Orders computed.
         orders: usize,
@@ -80,35 +84,65 @@ impl Default for TransportSettings {
             most_orders: 60,
             tolerance: 2e-3,
             shells_km: vec![
-                0.0, 0.1, 0.3, 0.6, 1.0, 1.5, 2.1, 2.9, 4.0, 5.5, 7.5, 10.0, 12.5, 15.5, 19.0, 23.0, 27.0,
-                32.0, 38.0, 46.0, 56.0, 70.0, 100.0,
+                0.0, 0.1, 0.3, 0.6, 1.0, 1.5, 2.1, 2.9, 4.0, 5.5, 7.5, 10.0, 12.5, 15.5, 19.0,
+                23.0, 27.0, 32.0, 38.0, 46.0, 56.0, 70.0, 100.0,
             ],
             columns_deg: vec![
-                0.0, 15.0, 30.0, 45.0, 57.0, 66.0, 73.0, 78.5, 82.5, 85.5, 87.5, 89.0, 90.5, 92.0, 93.5,
-                95.0, 96.5, 98.0, 100.0, 102.5, 106.0,
+                0.0, 15.0, 30.0, 45.0, 57.0, 66.0, 73.0, 78.5, 82.5, 85.5, 87.5, 89.0, 90.5, 92.0,
+                93.5, 95.0, 96.5, 98.0, 100.0, 102.5, 106.0,
             ],
         }
     }
 }
 
+/// Thickest segment of a path, as a fraction of (altitude + 4 km): for the field and an observer.
+const FIELD_SHELLS: f64 = 0.5;
+const VIEW_SHELLS: f64 = 0.2;
 /// Sampling of the rays that build the diffuse field.
-const FIELD_SAMPLING: Sampling = Sampling { depth: 1.0, rise: 0.6, turn: 0.02, opaque: 12.0 };
+const FIELD_SAMPLING: Sampling = Sampling {
+    depth: 1.0,
+    rise: 0.6,
+    turn: 0.02,
+    opaque: 12.0,
+};
 /// Sampling of an observer's rays.
-const VIEW_SAMPLING: Sampling = Sampling { depth: 0.5, rise: 0.25, turn: 0.006, opaque: 16.0 };
+const VIEW_SAMPLING: Sampling = Sampling {
+    depth: 0.8,
+    rise: 0.4,
+    turn: 0.01,
+    opaque: 14.0,
+};
 
 /// A solved atmosphere: answers for any observer, sun and direction.
 #[derive(Clone, Debug)]
 pub struct Transport {
+    /// At every wavelength of the profile.
+    direct: Sunlit,
+    /// At the wavelengths that the diffuse light is solved for.
+    diffuse: Diffuse,
+    spread: Spread,
+    view_shells: Vec<f64>,
+}
+
+/// Air and ground in sunlight: single scattering.
+#[derive(Clone, Debug)]
+struct Sunlit {
     medium: Medium,
     sun: SunTable,
+    /// Ground albedo over π \[sr⁻¹\].
+    reflectance: f64,
+}
+
+/// The diffuse field, and what it takes to read it.
+#[derive(Clone, Debug)]
+struct Diffuse {
+    air: Sunlit,
     grid: Grid,
     harmonics: Harmonics,
     field: Field,
-    albedo: f64,
     orders: usize,
-    /// Altitudes at which an observer's and the field's rays are cut \[km\].
-    view_shells: Vec<f64>,
     field_shells: Vec<f64>,
+    view_shells: Vec<f64>,
 }
 
 /// Buffers of one thread.
@@ -148,43 +182,25 @@ impl Transport {
             &optics.aerosol_g2,
             &optics.aerosol_g_weight,
         ];
-        if levels < 2 || wavelengths == 0 || tables.iter().any(|t| t.len() != levels * wavelengths) {
+        if levels < 2 || wavelengths == 0 || tables.iter().any(|t| t.len() != levels * wavelengths)
+        {
             return Err(TransportError::Shape { levels });
         }
         Self::check(ground_albedo)?;
-        let medium = Medium::new(optics);
-        let sun = SunTable::new(&medium);
-        let top = medium.top_km();
-        let mut shells: Vec<f64> =
-            settings.shells_km.iter().copied().filter(|z| *z < top - 1e-6).collect();
-        shells.push(top);
-        let degrees: Vec<usize> =
-            shells.iter().map(|z| settings.degree.unwrap_or_else(|| degree_at(&medium, *z))).collect();
-        let degree = degrees.iter().copied().max().unwrap_or(2);
-        let harmonics = Harmonics::new(degree);
-        let grid = Grid {
-            shells: LevelFinder::new(&shells),
-            columns: LevelFinder::new(&settings.columns_deg),
-            counts: degrees.iter().map(|d| (d + 1) * (d + 2) / 2).collect(),
+        let spread = Spread::new(optics);
+        let mut diffuse = match spread.coarse(optics) {
+            Some(coarse) => Diffuse::new(&coarse, ground_albedo, settings),
+            None => Diffuse::new(optics, ground_albedo, settings),
         };
-        let view_shells = medium.segment_levels(0.12);
-        let mut field_shells = medium.segment_levels(0.5);
-        field_shells.extend(&shells);
-        field_shells.sort_by(f64::total_cmp);
-        field_shells.dedup_by(|b, a| *b - *a < 1e-3 * (*a + 4.0));
-        let mut transport = Self {
-            field: Field::default(),
-            medium,
-            sun,
-            grid,
-            harmonics,
-            albedo: ground_albedo,
-            orders: 1,
+        diffuse.successive_orders(settings)?;
+        let direct = Sunlit::new(optics, ground_albedo);
+        let view_shells = direct.medium.segment_levels(VIEW_SHELLS);
+        Ok(Self {
+            direct,
+            diffuse,
+            spread,
             view_shells,
-            field_shells,
-        };
-        transport.successive_orders(settings)?;
-        Ok(transport)
+        })
     }
 
     /// Checks an albedo without solving.
@@ -201,8 +217,8 @@ impl Transport {
 
     /// Orders of scattering that were summed; the rest of the series is extrapolated.
     #[must_use]
-    pub fn orders(&self) -> usize {
-        self.orders
+    pub const fn orders(&self) -> usize {
+        self.diffuse.orders
     }
 
     /// Radiance per unit solar irradiance \[sr⁻¹\] at each wavelength of the profile, entry
@@ -237,20 +253,25 @@ impl Transport {
         directions: &[SkyDirection],
         diffuse: bool,
     ) -> Vec<f64> {
-        let n = self.medium.wavelengths;
-        let radius = EARTH_RADIUS_KM + observer_altitude.km().clamp(0.0, self.medium.top_km());
+        let n = self.direct.medium.wavelengths;
+        let top_km = self.direct.medium.top_km();
+        let radius = EARTH_RADIUS_KM + observer_altitude.km().clamp(0.0, top_km);
         // directions of equal zenith angle share a path
         let same = |a: &SkyDirection, b: &SkyDirection| {
             a.view_zenith.radians().to_bits() == b.view_zenith.radians().to_bits()
         };
-        let rings: Vec<&[SkyDirection]> =
-            directions.chunk_by(same).flat_map(|ring| ring.chunks(32)).collect();
+        let rings: Vec<&[SkyDirection]> = directions
+            .chunk_by(same)
+            .flat_map(|ring| ring.chunks(32))
+            .collect();
         rings
             .par_iter()
             .map_init(Scratch::default, |scratch, ring| {
                 let cosine = ring[0].view_zenith.radians().cos();
-                let template =
-                    diffuse.then(|| self.template(radius, cosine, &self.view_shells, &VIEW_SAMPLING, scratch));
+                let template = diffuse.then(|| {
+                    self.diffuse
+                        .template(radius, cosine, View::Observer, scratch)
+                });
                 let mut out = Vec::with_capacity(ring.len() * n);
                 for direction in *ring {
                     let ray = Ray {
@@ -259,29 +280,96 @@ impl Transport {
                         sun_cosine: sun_zenith.radians().cos(),
                         cos_gamma: direction.cos_scattering_angle(sun_zenith),
                     };
-                    scratch.radiance.clear();
-                    scratch.radiance.resize(self.medium.vectors, ZERO);
-                    self.add_single(&ray, &self.view_shells, &VIEW_SAMPLING, scratch);
-                    if let Some(template) = &template {
-                        self.add_diffuse(&ray, template, &self.field, scratch);
-                    }
+                    scratch.start(self.direct.medium.vectors);
+                    self.direct
+                        .add_single(&ray, &self.view_shells, &VIEW_SAMPLING, scratch);
+                    let first = out.len();
                     out.extend((0..n).map(|i| scratch.radiance[i / WIDTH][i % WIDTH]));
+                    if let Some(template) = &template {
+                        scratch.start(self.diffuse.air.medium.vectors);
+                        self.diffuse
+                            .add_diffuse(&ray, template, &self.diffuse.field, scratch);
+                        self.spread.add(&scratch.radiance, &mut out[first..]);
+                    }
                 }
                 out
             })
             .flatten_iter()
             .collect()
     }
+}
 
-    fn template(
-        &self,
-        radius: f64,
-        cosine: f64,
-        shells: &[f64],
-        sampling: &Sampling,
-        scratch: &mut Scratch,
-    ) -> Template {
-        Template::new(radius, cosine, &self.medium, &self.grid, shells, sampling, &mut scratch.path)
+/// How finely a path is sampled, and for whom.
+#[derive(Clone, Copy, Debug)]
+enum View {
+    /// The rays that build the field.
+    Field,
+    /// An observer's rays.
+    Observer,
+}
+
+impl Scratch {
+    /// Clears the radiance for a new ray.
+    fn start(&mut self, vectors: usize) {
+        self.radiance.clear();
+        self.radiance.resize(vectors, ZERO);
+    }
+}
+
+impl Diffuse {
+    fn new(optics: &OpticalProfile, ground_albedo: f64, settings: &TransportSettings) -> Self {
+        let air = Sunlit::new(optics, ground_albedo);
+        let top = air.medium.top_km();
+        let mut shells: Vec<f64> = settings
+            .shells_km
+            .iter()
+            .copied()
+            .filter(|z| *z < top - 1e-6)
+            .collect();
+        shells.push(top);
+        let degrees: Vec<usize> = shells
+            .iter()
+            .map(|z| {
+                settings
+                    .degree
+                    .unwrap_or_else(|| degree_at(&air.medium, *z))
+            })
+            .collect();
+        let degree = degrees.iter().copied().max().unwrap_or(2);
+        let grid = Grid {
+            shells: LevelFinder::new(&shells),
+            columns: LevelFinder::new(&settings.columns_deg),
+            counts: degrees.iter().map(|d| (d + 1) * (d + 2) / 2).collect(),
+        };
+        let mut field_shells = air.medium.segment_levels(FIELD_SHELLS);
+        field_shells.extend(&shells);
+        field_shells.sort_by(f64::total_cmp);
+        field_shells.dedup_by(|b, a| *b - *a < 1e-3 * (*a + 4.0));
+        Self {
+            view_shells: air.medium.segment_levels(VIEW_SHELLS),
+            field_shells,
+            harmonics: Harmonics::new(degree),
+            field: Field::default(),
+            orders: 1,
+            grid,
+            air,
+        }
+    }
+
+    fn template(&self, radius: f64, cosine: f64, view: View, scratch: &mut Scratch) -> Template {
+        let (shells, sampling) = match view {
+            View::Field => (&self.field_shells, &FIELD_SAMPLING),
+            View::Observer => (&self.view_shells, &VIEW_SAMPLING),
+        };
+        Template::new(
+            radius,
+            cosine,
+            &self.air.medium,
+            &self.grid,
+            shells,
+            sampling,
+            &mut scratch.path,
+        )
     }
 
     /// Sums the orders of scattering into `self.field`.
@@ -289,13 +377,15 @@ impl Transport {
         let shells = self.grid.shells.levels();
         let rays: Vec<Rays> = shells
             .par_iter()
-            .map_init(Scratch::default, |scratch, z| self.rays_at(*z, settings, scratch))
+            .map_init(Scratch::default, |scratch, z| {
+                self.rays_at(*z, settings, scratch)
+            })
             .collect();
         let mut order = self.gather(&rays, None);
         let mut total = order.clone();
         let mut last_limit = self.column_sums(&total);
         let mut share = f64::INFINITY;
-        let (vectors, count) = (self.medium.vectors, self.harmonics.count());
+        let (vectors, count) = (self.air.medium.vectors, self.harmonics.count());
         while share > settings.tolerance {
             if self.orders >= settings.most_orders {
                 return Err(TransportError::NotConverged {
@@ -308,8 +398,11 @@ impl Transport {
             self.orders += 1;
             total.add(&next, None, vectors, count);
             // the rest of the series, if each column's light goes on falling by the same ratio
-            let (fallen, fresh, sum) =
-                (self.column_sums(&order), self.column_sums(&next), self.column_sums(&total));
+            let (fallen, fresh, sum) = (
+                self.column_sums(&order),
+                self.column_sums(&next),
+                self.column_sums(&total),
+            );
             let mut tail = vec![ZERO; sum.len()];
             share = 0.0;
             for (i, tail) in tail.iter_mut().enumerate() {
@@ -335,7 +428,7 @@ impl Transport {
 
     /// Zeroth moments summed over the shells of each column, `[column * vectors + vector]`.
     fn column_sums(&self, field: &Field) -> Vec<Lanes> {
-        let (vectors, count) = (self.medium.vectors, self.harmonics.count());
+        let (vectors, count) = (self.air.medium.vectors, self.harmonics.count());
         let shells = self.grid.shells.levels().len();
         let mut sums = vec![ZERO; self.grid.columns.levels().len() * vectors];
         for (i, moments) in field.moments.chunks_exact(count).enumerate() {
@@ -352,7 +445,9 @@ impl Transport {
         let [high, low, ground] = settings.zenith_points;
         let mut zenith = gauss_legendre(high, shoulder.cos(), 1.0);
         zenith.extend(
-            gauss_legendre(low, shoulder, horizon).iter().map(|(angle, w)| (angle.cos(), w * angle.sin())),
+            gauss_legendre(low, shoulder, horizon)
+                .iter()
+                .map(|(angle, w)| (angle.cos(), w * angle.sin())),
         );
         zenith.extend(gauss_legendre(ground, -1.0, horizon.cos()));
         let n = settings.azimuth_points;
@@ -361,7 +456,7 @@ impl Transport {
             zenith: zenith
                 .iter()
                 .map(|(cosine, w)| {
-                    let t = self.template(radius, *cosine, &self.field_shells, &FIELD_SAMPLING, scratch);
+                    let t = self.template(radius, *cosine, View::Field, scratch);
                     (t, w * core::f64::consts::TAU / as_f64(n))
                 })
                 .collect(),
@@ -374,7 +469,7 @@ impl Transport {
     /// One order of scattering: the radiance at every node of the grid, as phase-weighted moments.
     /// Without a source field, the first order.
     fn gather(&self, rays: &[Rays], source: Option<&Field>) -> Field {
-        let (vectors, count) = (self.medium.vectors, self.harmonics.count());
+        let (vectors, count) = (self.air.medium.vectors, self.harmonics.count());
         let columns = self.grid.columns.levels();
         let shells = rays.len();
         let nodes: Vec<(Vec<Lanes>, Vec<Lanes>)> = (0..self.grid.nodes())
@@ -404,7 +499,7 @@ impl Transport {
         source: Option<&Field>,
         scratch: &mut Scratch,
     ) -> (Vec<Lanes>, Vec<Lanes>) {
-        let (vectors, count) = (self.medium.vectors, self.harmonics.count());
+        let (vectors, count) = (self.air.medium.vectors, self.harmonics.count());
         let z = self.grid.shells.levels()[shell];
         let sun_cosine = Angle::from_degrees(column_deg).radians().cos();
         let mut moments = vec![ZERO; vectors * count];
@@ -413,23 +508,28 @@ impl Transport {
         for (template, weight) in &rays.zenith {
             for cos_azimuth in &rays.cos_azimuth {
                 let mu = template.cosine;
-                let sines = ((1.0 - mu * mu) * (1.0 - sun_cosine * sun_cosine)).max(0.0).sqrt();
+                let sines = ((1.0 - mu * mu) * (1.0 - sun_cosine * sun_cosine))
+                    .max(0.0)
+                    .sqrt();
                 let ray = Ray {
                     radius: template.radius,
                     cosine: mu,
                     sun_cosine,
                     cos_gamma: (mu * sun_cosine + sines * cos_azimuth).clamp(-1.0, 1.0),
                 };
-                scratch.radiance.clear();
-                scratch.radiance.resize(vectors, ZERO);
+                scratch.start(vectors);
                 match source {
-                    None => self.add_sunlight(&ray, template, scratch),
+                    None => self.air.add_sunlight(&ray, template, scratch),
                     Some(field) => self.add_diffuse(&ray, template, field, scratch),
                 }
                 self.harmonics.evaluate(mu, *cos_azimuth, &mut basis);
                 for v in 0..vectors {
                     for (k, y) in basis.iter().enumerate() {
-                        add_scaled(&mut moments[v * count + k], weight * y, &scratch.radiance[v]);
+                        add_scaled(
+                            &mut moments[v * count + k],
+                            weight * y,
+                            &scratch.radiance[v],
+                        );
                     }
                     if mu > 0.0 {
                         add_scaled(&mut irradiance[v], weight * mu, &scratch.radiance[v]);
@@ -444,17 +544,17 @@ impl Transport {
     /// Multiplies moments by those of the local phase function.
     fn weight_by_phase(&self, z: f64, moments: &mut [Lanes]) {
         let count = self.harmonics.count();
-        let place = self.medium.finder.find(z);
-        let rayleigh_2 = phase::rayleigh_second_moment(self.medium.depolarization);
-        for v in 0..self.medium.vectors {
+        let place = self.air.medium.finder.find(z);
+        let rayleigh_2 = phase::rayleigh_second_moment(self.air.medium.depolarization);
+        for v in 0..self.air.medium.vectors {
             let [rayleigh, aerosol, g, g2, w] = [
-                &self.medium.rayleigh,
-                &self.medium.aerosol,
-                &self.medium.g,
-                &self.medium.g2,
-                &self.medium.g_weight,
+                &self.air.medium.rayleigh,
+                &self.air.medium.aerosol,
+                &self.air.medium.g,
+                &self.air.medium.g2,
+                &self.air.medium.g_weight,
             ]
-            .map(|table| self.medium.at(table, place, v));
+            .map(|table| self.air.medium.at(table, place, v));
             for (k, degree) in self.harmonics.degrees().enumerate() {
                 let power = i32::try_from(degree).unwrap_or(0);
                 let ray = match degree {
@@ -466,8 +566,11 @@ impl Transport {
                 for l in 0..WIDTH {
                     let aer = w[l] * g[l].powi(power) + (1.0 - w[l]) * g2[l].powi(power);
                     let all = rayleigh[l] + aerosol[l];
-                    lanes[l] *=
-                        if all > 0.0 { (rayleigh[l] * ray + aerosol[l] * aer) / all } else { ray };
+                    lanes[l] *= if all > 0.0 {
+                        (rayleigh[l] * ray + aerosol[l] * aer) / all
+                    } else {
+                        ray
+                    };
                 }
             }
         }
@@ -475,17 +578,24 @@ impl Transport {
 
     /// Adds the diffuse light that a field sends along a ray to `scratch.radiance`.
     fn add_diffuse(&self, ray: &Ray, template: &Template, field: &Field, scratch: &mut Scratch) {
-        let (vectors, count) = (self.medium.vectors, self.harmonics.count());
-        let Scratch { basis, radiance, .. } = scratch;
+        let (vectors, count) = (self.air.medium.vectors, self.harmonics.count());
+        let Scratch {
+            basis, radiance, ..
+        } = scratch;
         basis.resize(count, 0.0);
         let last = template.stops.len() - 1;
         for (k, stop) in template.stops.iter().enumerate() {
             let sun_cosine = sun_cosine_at(ray, stop);
             let corners = self.grid.corners(stop.shell, sun_cosine, field);
-            self.harmonics.evaluate(stop.cosine, cos_azimuth_at(ray, stop, sun_cosine), basis);
+            self.harmonics
+                .evaluate(stop.cosine, cos_azimuth_at(ray, stop, sun_cosine), basis);
             let used = &basis[..corners.count];
             let weights = &template.weights[k * vectors..(k + 1) * vectors];
-            let ground = if k == last { template.ground.as_slice() } else { &[] };
+            let ground = if k == last {
+                template.ground.as_slice()
+            } else {
+                &[]
+            };
             pulp::Arch::new().dispatch(DiffuseStop {
                 field,
                 corners: &corners,
@@ -493,10 +603,21 @@ impl Transport {
                 basis: used,
                 weights,
                 ground,
-                reflectance: self.albedo / core::f64::consts::PI,
+                reflectance: self.air.reflectance,
                 shells: self.grid.shells.levels().len(),
                 radiance,
             });
+        }
+    }
+}
+
+impl Sunlit {
+    fn new(optics: &OpticalProfile, ground_albedo: f64) -> Self {
+        let medium = Medium::new(optics);
+        Self {
+            sun: SunTable::new(&medium),
+            reflectance: ground_albedo / core::f64::consts::PI,
+            medium,
         }
     }
 
@@ -505,7 +626,12 @@ impl Transport {
     fn add_sunlight(&self, ray: &Ray, template: &Template, scratch: &mut Scratch) {
         let Scratch { sun, radiance, .. } = scratch;
         sun.clear();
-        sun.extend(template.stops.iter().map(|stop| self.sun.place(stop.z, sun_cosine_at(ray, stop))));
+        sun.extend(
+            template
+                .stops
+                .iter()
+                .map(|stop| self.sun.place(stop.z, sun_cosine_at(ray, stop))),
+        );
         if sun.iter().any(|s| s.lit) {
             pulp::Arch::new().dispatch(SunlitStops {
                 medium: &self.medium,
@@ -513,7 +639,7 @@ impl Transport {
                 ray,
                 template,
                 sun,
-                reflectance: self.albedo / core::f64::consts::PI,
+                reflectance: self.reflectance,
                 radiance,
             });
         }
@@ -521,19 +647,27 @@ impl Transport {
 
     /// Adds sunlight scattered once, by air or ground, along a ray to `scratch.radiance`.
     fn add_single(&self, ray: &Ray, shells: &[f64], sampling: &Sampling, scratch: &mut Scratch) {
-        let Scratch { path, sun, radiance, .. } = scratch;
+        let Scratch {
+            path,
+            sun,
+            radiance,
+            ..
+        } = scratch;
         path.trace(ray, &self.medium, shells, sampling);
         sun.clear();
-        sun.extend(path.points.iter().map(|p| self.sun.place(p.z, p.sun_cosine)));
+        sun.extend(
+            path.points
+                .iter()
+                .map(|p| self.sun.place(p.z, p.sun_cosine)),
+        );
         if sun.iter().any(|s| s.lit) {
-            let reflectance = self.albedo / core::f64::consts::PI;
             pulp::Arch::new().dispatch(SingleSweep {
                 medium: &self.medium,
                 table: &self.sun,
                 cos_gamma: ray.cos_gamma,
                 path,
                 sun,
-                reflectance,
+                reflectance: self.reflectance,
                 radiance,
             });
         }
@@ -559,7 +693,17 @@ impl pulp::NullaryFnOnce for DiffuseStop<'_> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { field, corners, stride, basis, weights, ground, reflectance, shells, radiance } = self;
+        let Self {
+            field,
+            corners,
+            stride,
+            basis,
+            weights,
+            ground,
+            reflectance,
+            shells,
+            radiance,
+        } = self;
         let vectors = radiance.len();
         for (v, out) in radiance.iter_mut().enumerate() {
             let mut s = ZERO;
@@ -577,7 +721,11 @@ impl pulp::NullaryFnOnce for DiffuseStop<'_> {
                 let mut irradiance = ZERO;
                 for c in 0..4 {
                     let row = corners.node[c] / shells * vectors + v;
-                    add_scaled(&mut irradiance, corners.weight[c], &field.ground_irradiance[row]);
+                    add_scaled(
+                        &mut irradiance,
+                        corners.weight[c],
+                        &field.ground_irradiance[row],
+                    );
                 }
                 for l in 0..WIDTH {
                     out[l] += through[l] * irradiance[l] * reflectance;
@@ -603,7 +751,15 @@ impl pulp::NullaryFnOnce for SunlitStops<'_> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { medium: m, table, ray, template, sun, reflectance, radiance } = self;
+        let Self {
+            medium: m,
+            table,
+            ray,
+            template,
+            sun,
+            reflectance,
+            radiance,
+        } = self;
         let rayleigh_phase = phase::rayleigh(ray.cos_gamma, m.depolarization);
         let vectors = radiance.len();
         for (k, stop) in template.stops.iter().enumerate() {
@@ -679,7 +835,8 @@ impl SingleSweep<'_> {
 
     #[inline(always)]
     fn extinction(&self, i: usize, v: usize) -> Lanes {
-        self.medium.at(&self.medium.extinction, self.path.points[i].place, v)
+        self.medium
+            .at(&self.medium.extinction, self.path.points[i].place, v)
     }
 }
 
@@ -726,7 +883,9 @@ fn sun_cosine_at(ray: &Ray, stop: &Stop) -> f64 {
 
 /// Cosine of the azimuth between ray and sun in the frame of the stop.
 fn cos_azimuth_at(ray: &Ray, stop: &Stop, sun_cosine: f64) -> f64 {
-    let sines = ((1.0 - stop.cosine * stop.cosine) * (1.0 - sun_cosine * sun_cosine)).max(0.0).sqrt();
+    let sines = ((1.0 - stop.cosine * stop.cosine) * (1.0 - sun_cosine * sun_cosine))
+        .max(0.0)
+        .sqrt();
     if sines > 1e-9 {
         ((ray.cos_gamma - stop.cosine * sun_cosine) / sines).clamp(-1.0, 1.0)
     } else {
@@ -741,10 +900,19 @@ fn degree_at(medium: &Medium, z: f64) -> usize {
     let place = medium.finder.find(z);
     let all = medium.at(&medium.scattering, place, medium.vectors - 1);
     let aerosol = medium.at(&medium.aerosol, place, medium.vectors - 1);
-    let share = (0..WIDTH).fold(0.0_f64, |s, l| if all[l] > 0.0 { s.max(aerosol[l] / all[l]) } else { s });
+    let share = (0..WIDTH).fold(0.0_f64, |s, l| {
+        if all[l] > 0.0 {
+            s.max(aerosol[l] / all[l])
+        } else {
+            s
+        }
+    });
     let g = medium.largest_g;
     (2..=12_usize)
-        .find(|l| share * (2.0 * as_f64(*l) + 3.0) * g.powi(2).powf(as_f64(*l) + 1.0) < HARMONICS_TOLERANCE)
+        .find(|l| {
+            share * (2.0 * as_f64(*l) + 3.0) * g.powi(2).powf(as_f64(*l) + 1.0)
+                < HARMONICS_TOLERANCE
+        })
         .unwrap_or(12)
 }
 

@@ -80,7 +80,13 @@ impl Ray {
         let cosine = ((self.radius * self.cosine + length) / r).clamp(-1.0, 1.0);
         let sun_cosine =
             ((self.radius * self.sun_cosine + length * self.cos_gamma) / r).clamp(-1.0, 1.0);
-        Point { length, z, cosine, sun_cosine, place: medium.finder.find(z) }
+        Point {
+            length,
+            z,
+            cosine,
+            sun_cosine,
+            place: medium.finder.find(z),
+        }
     }
 }
 

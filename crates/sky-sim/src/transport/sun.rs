@@ -50,7 +50,12 @@ fn cosine_from_coordinate(u: f64, horizon: f64) -> f64 {
 /// Cubic Lagrange weights on four equidistant samples, `t` counted from the first.
 fn cubic_weights(t: f64) -> [f64; 4] {
     let (a, b, c, d) = (t, t - 1.0, t - 2.0, t - 3.0);
-    [-b * c * d / 6.0, a * c * d / 2.0, -a * b * d / 2.0, a * b * c / 6.0]
+    [
+        -b * c * d / 6.0,
+        a * c * d / 2.0,
+        -a * b * d / 2.0,
+        a * b * c / 6.0,
+    ]
 }
 
 impl SunTable {
@@ -83,7 +88,12 @@ impl SunTable {
                 rows
             })
             .collect();
-        Self { finder: LevelFinder::new(&levels), vectors, log_depth, horizon_cosine: horizon }
+        Self {
+            finder: LevelFinder::new(&levels),
+            vectors,
+            log_depth,
+            horizon_cosine: horizon,
+        }
     }
 
     /// Locates a point at altitude `z` \[km\] that sees the sun's center at this cosine.
@@ -93,7 +103,10 @@ impl SunTable {
         reason = "a sample number: clamped to the table"
     )]
     pub(super) fn place(&self, z: f64, cosine: f64) -> SunPlace {
-        let mut place = SunPlace { lit: cosine >= horizon_cosine(z), ..SunPlace::default() };
+        let mut place = SunPlace {
+            lit: cosine >= horizon_cosine(z),
+            ..SunPlace::default()
+        };
         if !place.lit {
             return place;
         }
@@ -121,7 +134,11 @@ impl SunTable {
         }
         let mut log_depth = ZERO;
         for k in 0..8 {
-            add_scaled(&mut log_depth, place.weights[k], &self.log_depth[place.rows[k] + vector]);
+            add_scaled(
+                &mut log_depth,
+                place.weights[k],
+                &self.log_depth[place.rows[k] + vector],
+            );
         }
         let mut depth = exp(&log_depth);
         for d in &mut depth {
@@ -169,7 +186,11 @@ fn shells_above(medium: &Medium, from: f64, to: f64, impact: f64, out: &mut [Lan
             for (v, lanes) in out.iter_mut().enumerate() {
                 let row = k * medium.vectors + v;
                 add_scaled(lanes, path * (1.0 - upper), &medium.extinction[row]);
-                add_scaled(lanes, path * upper, &medium.extinction[row + medium.vectors]);
+                add_scaled(
+                    lanes,
+                    path * upper,
+                    &medium.extinction[row + medium.vectors],
+                );
             }
             length_a = length_b;
         }

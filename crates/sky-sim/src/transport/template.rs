@@ -42,7 +42,12 @@ pub(super) struct Template {
 }
 
 /// Sampling of the source: by shells and the turn of the vertical only.
-const STOPS: Sampling = Sampling { depth: f64::INFINITY, rise: 1.5, turn: 0.02, opaque: f64::INFINITY };
+const STOPS: Sampling = Sampling {
+    depth: f64::INFINITY,
+    rise: 1.5,
+    turn: 0.02,
+    opaque: f64::INFINITY,
+};
 
 impl Template {
     /// Integrates the attenuation along a ray that leaves radius \[km\] at a zenith cosine.
@@ -56,7 +61,12 @@ impl Template {
         path: &mut Path,
     ) -> Self {
         // an azimuth-free ray: a sun in the zenith casts no shadow on it
-        let ray = Ray { radius, cosine, sun_cosine: 1.0, cos_gamma: cosine };
+        let ray = Ray {
+            radius,
+            cosine,
+            sun_cosine: 1.0,
+            cos_gamma: cosine,
+        };
         path.trace(&ray, medium, grid.shells.levels(), &STOPS);
         let stops: Vec<Stop> = path
             .points
@@ -81,8 +91,8 @@ impl Template {
             let mut extinction = medium.at(&medium.extinction, path.points[0].place, v);
             let mut stop = 0;
             for (k, length) in path.lengths.iter().enumerate() {
-                let [e_m, e_b] = [1, 2]
-                    .map(|i| medium.at(&medium.extinction, path.points[2 * k + i].place, v));
+                let [e_m, e_b] =
+                    [1, 2].map(|i| medium.at(&medium.extinction, path.points[2 * k + i].place, v));
                 let (middle, end) = simpson_transmittance(*length, &extinction, &e_m, &e_b);
                 for (i, simpson) in [(0, 1.0), (1, 4.0), (2, 1.0)] {
                     let point = &path.points[2 * k + i];
@@ -91,9 +101,10 @@ impl Template {
                     }
                     let span = (stops[stop + 1].length - stops[stop].length).max(1e-12);
                     let f = ((point.length - stops[stop].length) / span).clamp(0.0, 1.0);
-                    for (table, weights) in
-                        [(&medium.rayleigh, &mut rayleigh), (&medium.aerosol, &mut aerosol)]
-                    {
+                    for (table, weights) in [
+                        (&medium.rayleigh, &mut rayleigh),
+                        (&medium.aerosol, &mut aerosol),
+                    ] {
                         let scattering = medium.at(table, point.place, v);
                         for l in 0..WIDTH {
                             let attenuation = match i {
@@ -121,6 +132,14 @@ impl Template {
             .zip(&aerosol)
             .map(|(r, a)| core::array::from_fn(|l| r[l] + a[l]))
             .collect();
-        Self { radius, cosine, stops, rayleigh, aerosol, weights, ground }
+        Self {
+            radius,
+            cosine,
+            stops,
+            rayleigh,
+            aerosol,
+            weights,
+            ground,
+        }
     }
 }

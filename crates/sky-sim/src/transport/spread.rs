@@ -1,0 +1,219 @@
+//! From the wavelengths that the diffuse light is solved for to all wavelengths of a profile.
+//!
+//! Diffuse light is smooth in wavelength but for absorption, which is known. So only every n-th
+//! wavelength is solved; in between, the logarithm of the light, freed of the absorption that it
+//! shows, is interpolated by a cubic. A profile whose scattering is not smooth, or that has few
+//! wavelengths, is solved at each.
+
+use super::lanes::{Lanes, WIDTH};
+use crate::optics::OpticalProfile;
+
+/// Widest gap between solved wavelengths \[nm\].
+const WIDEST_GAP_NM: f64 = 20.0;
+/// Profiles with fewer wavelengths are solved at each.
+const FEWEST: usize = 12;
+/// Largest relative error of the interpolated vertical scattering depth.
+const SCATTERING_TOLERANCE: f64 = 5e-3;
+/// Largest error of the interpolated vertical absorption depth.
+const ABSORPTION_TOLERANCE: f64 = 5e-3;
+
+/// Which wavelengths are solved, and how the others follow.
+#[derive(Clone, Debug)]
+pub(super) struct Spread {
+    /// Indices of the solved wavelengths.
+    solved: Vec<usize>,
+    /// For each wavelength of the profile: first of four solved ones, and their weights.
+    cubic: Vec<(usize, [f64; 4])>,
+    /// Vertical absorption optical depth at each wavelength.
+    absorption: Vec<f64>,
+}
+
+/// Cubic Lagrange weights among the four nodes around a place.
+fn cubic(nodes: &[f64], x: f64) -> (usize, [f64; 4]) {
+    let above = nodes.partition_point(|n| *n <= x);
+    let first = above.saturating_sub(2).min(nodes.len() - 4);
+    let weights = core::array::from_fn(|i| {
+        (0..4)
+            .filter(|j| *j != i)
+            .map(|j| (x - nodes[first + j]) / (nodes[first + i] - nodes[first + j]))
+            .product()
+    });
+    (first, weights)
+}
+
+fn weighted(values: &[f64], (first, weights): &(usize, [f64; 4])) -> f64 {
+    weights
+        .iter()
+        .zip(&values[*first..])
+        .map(|(w, v)| w * v)
+        .sum()
+}
+
+impl Spread {
+    pub(super) fn new(optics: &OpticalProfile) -> Self {
+        let nm = &optics.wavelength_nm;
+        let n = nm.len();
+        let column = |tables: [&[f64]; 2], w: usize| -> f64 {
+            (1..optics.altitude_km.len())
+                .map(|k| {
+                    let dz = optics.altitude_km[k] - optics.altitude_km[k - 1];
+                    let pair = |t: &[f64]| t[(k - 1) * n + w] + t[k * n + w];
+                    0.5 * dz * tables.into_iter().map(pair).sum::<f64>()
+                })
+                .sum()
+        };
+        let columns = |tables: [&[f64]; 2]| (0..n).map(|w| column(tables, w)).collect::<Vec<_>>();
+        let scattering = columns([
+            &optics.rayleigh_scattering_per_km,
+            &optics.aerosol_scattering_per_km,
+        ]);
+        let absorption = columns([
+            &optics.gas_absorption_per_km,
+            &optics.aerosol_absorption_per_km,
+        ]);
+        for stride in (2..=20).rev() {
+            let mut solved: Vec<usize> = (0..n).step_by(stride).collect();
+            if solved.last() != Some(&(n - 1)) {
+                solved.push(n - 1);
+            }
+            if solved.len() < FEWEST
+                || solved
+                    .windows(2)
+                    .any(|w| nm[w[1]] - nm[w[0]] > WIDEST_GAP_NM)
+            {
+                continue;
+            }
+            let nodes: Vec<f64> = solved.iter().map(|i| nm[*i]).collect();
+            let cubic: Vec<_> = nm.iter().map(|x| cubic(&nodes, *x)).collect();
+            let at = |values: &[f64]| solved.iter().map(|i| values[*i]).collect::<Vec<_>>();
+            let (scattered, absorbed) = (at(&scattering), at(&absorption));
+            let good = (0..n).all(|w| {
+                (weighted(&scattered, &cubic[w]) - scattering[w]).abs()
+                    <= SCATTERING_TOLERANCE * scattering[w]
+                    && (weighted(&absorbed, &cubic[w]) - absorption[w]).abs()
+                        <= ABSORPTION_TOLERANCE
+            });
+            if good {
+                return Self {
+                    solved,
+                    cubic,
+                    absorption,
+                };
+            }
+        }
+        Self {
+            solved: (0..n).collect(),
+            cubic: Vec::new(),
+            absorption,
+        }
+    }
+
+    /// The profile at the solved wavelengths; `None` if these are all.
+    pub(super) fn coarse(&self, optics: &OpticalProfile) -> Option<OpticalProfile> {
+        if self.cubic.is_empty() {
+            return None;
+        }
+        let n = optics.wavelength_nm.len();
+        let pick = |table: &[f64]| -> Vec<f64> {
+            table
+                .chunks_exact(n)
+                .flat_map(|row| self.solved.iter().map(|i| row[*i]))
+                .collect()
+        };
+        Some(OpticalProfile {
+            altitude_km: optics.altitude_km.clone(),
+            wavelength_nm: self
+                .solved
+                .iter()
+                .map(|i| optics.wavelength_nm[*i])
+                .collect(),
+            rayleigh_scattering_per_km: pick(&optics.rayleigh_scattering_per_km),
+            gas_absorption_per_km: pick(&optics.gas_absorption_per_km),
+            aerosol_scattering_per_km: pick(&optics.aerosol_scattering_per_km),
+            aerosol_absorption_per_km: pick(&optics.aerosol_absorption_per_km),
+            aerosol_g: pick(&optics.aerosol_g),
+            aerosol_g2: pick(&optics.aerosol_g2),
+            aerosol_g_weight: pick(&optics.aerosol_g_weight),
+            rayleigh_depolarization: optics.rayleigh_depolarization,
+        })
+    }
+
+    /// Adds diffuse radiance at the solved wavelengths to a spectrum at all.
+    pub(super) fn add(&self, diffuse: &[Lanes], spectrum: &mut [f64]) {
+        let light = |i: usize| diffuse[i / WIDTH][i % WIDTH];
+        let count = self.solved.len();
+        if self.cubic.is_empty() {
+            for (i, out) in spectrum.iter_mut().enumerate() {
+                *out += light(i);
+            }
+            return;
+        }
+        if (0..count).any(|i| light(i) <= 0.0) {
+            // dark somewhere: no logarithm
+            let values: Vec<f64> = (0..count).map(light).collect();
+            for (out, cubic) in spectrum.iter_mut().zip(&self.cubic) {
+                *out += weighted(&values, cubic).max(0.0);
+            }
+            return;
+        }
+        let mut logarithm: Vec<f64> = (0..count).map(|i| light(i).ln()).collect();
+        let depth: Vec<f64> = self.solved.iter().map(|i| self.absorption[*i]).collect();
+        // the absorber paths that the light shows: where absorption bends, so does the light
+        let bend = |v: &[f64], i: usize| {
+            v[i - 2] - 4.0 * v[i - 1] + 6.0 * v[i] - 4.0 * v[i + 1] + v[i + 2]
+        };
+        let (mut both, mut square) = (0.0, 1e-12);
+        for i in 2..count - 2 {
+            let (l, d) = (bend(&logarithm, i), bend(&depth, i));
+            both += l * d;
+            square += d * d;
+        }
+        let paths = (-both / square).clamp(0.0, 60.0);
+        for (l, d) in logarithm.iter_mut().zip(&depth) {
+            *l += paths * d;
+        }
+        for ((out, cubic), depth) in spectrum.iter_mut().zip(&self.cubic).zip(&self.absorption) {
+            *out += (weighted(&logarithm, cubic) - paths * depth).exp();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_spectrum_with_an_absorption_band_is_recovered() {
+        let nm: Vec<f64> = (0..41_u32).map(|i| 380.0 + 10.0 * f64::from(i)).collect();
+        let band =
+            |x: f64| 0.04 * (-((x - 600.0) / 40.0).powi(2)).exp() * (1.0 + 0.1 * (x / 8.0).sin());
+        let n = nm.len();
+        let two =
+            |f: &dyn Fn(f64) -> f64| -> Vec<f64> { nm.iter().chain(&nm).map(|x| f(*x)).collect() };
+        let optics = OpticalProfile {
+            altitude_km: vec![0.0, 1.0],
+            wavelength_nm: nm.clone(),
+            rayleigh_scattering_per_km: two(&|x| 0.1 * (550.0 / x).powi(4)),
+            gas_absorption_per_km: two(&band),
+            aerosol_scattering_per_km: vec![0.0; 2 * n],
+            aerosol_absorption_per_km: vec![0.0; 2 * n],
+            aerosol_g: vec![0.0; 2 * n],
+            aerosol_g2: vec![0.0; 2 * n],
+            aerosol_g_weight: vec![1.0; 2 * n],
+            rayleigh_depolarization: 0.0,
+        };
+        let spread = Spread::new(&optics);
+        assert!(spread.solved.len() < n);
+        let truth: Vec<f64> = nm
+            .iter()
+            .map(|x| (550.0 / x).powi(3) * (-8.0 * band(*x)).exp())
+            .collect();
+        let solved: Vec<f64> = spread.solved.iter().map(|i| truth[*i]).collect();
+        let packed = super::super::lanes::pack(&solved, solved.len());
+        let mut found = vec![0.0; n];
+        spread.add(&packed, &mut found);
+        for (f, t) in found.iter().zip(&truth) {
+            assert!((f / t - 1.0).abs() < 2e-3, "{f} {t}");
+        }
+    }
+}
