@@ -99,7 +99,10 @@ fn the_layout_in_16_bits_is_the_documented_one() {
     assert_eq!(data.len(), 18 * 8 + 8 * 18 * 2);
     let float = |at: usize| f32::from_le_bytes(data[at..at + 4].try_into().unwrap());
     // The second value of a node runs from 1/8 at the first node to 127/8 at the last.
-    assert_eq!([float(8), float(12)], [0.125, 127.0 / 8.0]);
+    assert_eq!(
+        [float(8), float(12)].map(f32::to_bits),
+        [0.125, 127.0 / 8.0_f32].map(f32::to_bits)
+    );
     let index = |node: usize| {
         let at = 18 * 8 + (node * 18 + 1) * 2;
         u16::from_le_bytes(data[at..at + 2].try_into().unwrap())

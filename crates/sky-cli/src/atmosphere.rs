@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use anyhow::Result;
+use sha2::{Digest as _, Sha256};
 use sky_core::haze::Haze;
 use sky_core::quantity::Length;
 use sky_sim::optics::{Constituents, OpticsSettings};
@@ -56,17 +57,19 @@ pub fn load_profile(path_or_name: &Path) -> Result<AtmosphereProfile> {
     )?)
 }
 
-/// The bytes of a profile, for its hash.
+/// SHA-256 of a profile's bytes, in hexadecimal digits.
 ///
 /// # Errors
 /// When the file cannot be read.
-pub fn profile_bytes(path_or_name: &Path) -> Result<Vec<u8>> {
-    for [name, _, text] in SHIPPED_PROFILES {
-        if path_or_name.as_os_str() == name {
-            return Ok(text.as_bytes().to_vec());
-        }
-    }
-    Ok(read_text(path_or_name)?.into_bytes())
+pub fn profile_hash(path_or_name: &Path) -> Result<String> {
+    let shipped = SHIPPED_PROFILES
+        .iter()
+        .find(|[name, ..]| path_or_name.as_os_str() == *name);
+    let digest = match shipped {
+        Some([_, _, text]) => Sha256::digest(text),
+        None => Sha256::digest(read_text(path_or_name)?),
+    };
+    Ok(format!("{digest:x}"))
 }
 
 /// The sun at the wavelengths of a grid: the mean over one step, and on the 1 nm grid, where the

@@ -8,6 +8,7 @@ pub mod args;
 pub mod atmosphere;
 pub mod beam;
 pub mod engine;
+pub mod evaluate;
 pub mod files;
 pub mod generate;
 pub mod lut_commands;

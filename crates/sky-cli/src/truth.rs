@@ -74,7 +74,10 @@ impl Air {
 }
 
 /// Engines by the bits of the turbidity, the oldest first to go.
-struct Cache<T>(Mutex<(BTreeMap<u64, Arc<T>>, Vec<u64>)>);
+struct Cache<T>(Mutex<Kept<T>>);
+
+/// What is kept, and its keys from the oldest to the newest.
+type Kept<T> = (BTreeMap<u64, Arc<T>>, Vec<u64>);
 
 impl<T> fmt::Debug for Cache<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -134,6 +137,50 @@ impl TransportSky {
             transport,
             solved: Cache::new(),
         })
+    }
+
+    /// The profile.
+    #[must_use]
+    pub const fn profile(&self) -> &AtmosphereProfile {
+        &self.air.profile
+    }
+
+    /// The settings of the optics; their haze is not used.
+    #[must_use]
+    pub const fn settings(&self) -> &OpticsSettings {
+        &self.air.settings
+    }
+
+    /// Albedo of the ground.
+    #[must_use]
+    pub const fn ground_albedo(&self) -> f64 {
+        self.air.ground_albedo
+    }
+
+    /// The same sky solved with other settings of the engine.
+    #[must_use]
+    pub fn with_transport_settings(mut self, transport: TransportSettings) -> Self {
+        self.transport = transport;
+        self.solved = Cache::new();
+        self
+    }
+
+    /// Radiance per unit of solar irradiance \[sr⁻¹\], entry `direction * wavelengths + wavelength`.
+    ///
+    /// # Errors
+    /// When the conditions lie outside the domain.
+    pub fn radiance_ratio(
+        &self,
+        conditions: &Conditions,
+        directions: &[SkyDirection],
+    ) -> Result<Vec<f64>, OutsideDomain> {
+        DOMAIN.check(conditions)?;
+        let solved = self.solved(conditions.turbidity);
+        Ok(solved.radiance_ratio(
+            conditions.observer_altitude,
+            conditions.sun_zenith,
+            directions,
+        ))
     }
 
     /// The solved atmosphere of a turbidity.

@@ -4,10 +4,10 @@
 //! the sun (indicatrix). A low sun, haze below the observer and the aureole break that product, and
 //! its coefficients trade against each other, so that they cannot be interpolated. Here
 //!
-//! ln Y = Σ c_k p_k(θ) q_k(γ), and likewise x and y with coefficients of their own.
+//! `ln Y = Σ c_k p_k(θ) q_k(γ)`, and likewise x and y with coefficients of their own.
 //!
-//! p_k is 1 or m/(n + m) with a relative air mass m of the air (scale height 8 km) or of the haze
-//! (1.2 km), both of a spherical atmosphere, finite down to the geometric horizon; q_k is 1, cos γ,
+//! `p_k` is 1 or m/(n + m) with a relative air mass m of the air (scale height 8 km) or of the haze
+//! (1.2 km), both of a spherical atmosphere, finite down to the geometric horizon; `q_k` is 1, cos γ,
 //! cos² γ or exp(−n γ). The formula is linear in its coefficients: a fit has one solution, and to
 //! interpolate coefficients is to interpolate ln Y, x and y themselves. Luminance cannot turn negative.
 //!

@@ -49,28 +49,58 @@ impl Grid {
         })
     }
 
-    /// The default grid of the extended form, denser near the ground and near the sun at the horizon.
+    /// The default grid of the extended form: altitudes and turbidities where the haze is, suns near
+    /// the horizon. Nodes were placed by the error between them, in at most 128 KiB.
     ///
     /// The second turbidity is where the stratospheric layer is complete and haze begins.
     ///
     /// # Errors
     /// Never with these nodes.
     pub fn extended() -> Result<Self, AxisError> {
-        let t = sky_core::haze::turbidity_from_optical_depth_500;
+        let haze_begins = sky_core::haze::turbidity_from_optical_depth_500(0.008_275_36);
         Ok(Self {
             altitude_km: Axis::new(
                 "km",
-                vec![0.0, 0.5, 1.0, 2.0, 4.0, 6.5, 10.0, 15.0, 21.0, 30.0],
+                vec![0.0, 0.4, 1.0, 2.0, 3.5, 5.5, 8.5, 12.0, 15.0, 18.5, 24.0, 30.0],
             )?,
-            turbidity: Axis::new("1", vec![1.0, t(0.008_275_36), 1.3, 2.0, 3.0, 5.0, 8.0])?,
+            turbidity: Axis::new("1", vec![1.0, haze_begins, 1.3, 2.0, 4.0, 8.0])?,
             sun_zenith_deg: Axis::new(
                 "deg",
-                vec![
-                    0.0, 30.0, 50.0, 68.0, 78.0, 83.0, 86.0, 88.0, 90.0, 91.0, 92.0, 94.0, 96.0,
-                ],
+                vec![0.0, 30.0, 50.0, 68.0, 78.0, 83.0, 86.0, 88.0, 90.0, 91.0, 92.0, 94.0, 96.0],
             )?,
             form: Form::Extended,
         })
+    }
+
+    /// A grid of the spherical Perez form, for comparison: the default altitudes and suns, four
+    /// turbidities.
+    ///
+    /// # Errors
+    /// Never with these nodes.
+    pub fn perez() -> Result<Self, AxisError> {
+        Ok(Self {
+            turbidity: Axis::new("1", vec![1.0, 2.0, 4.0, 8.0])?,
+            form: Form::PerezSpherical,
+            ..Self::extended()?
+        })
+    }
+
+    /// Number of nodes.
+    #[must_use]
+    pub fn nodes(&self) -> usize {
+        self.altitude_km.len() * self.turbidity.len() * self.sun_zenith_deg.len()
+    }
+
+    fn cells(&self) -> Vec<(f64, f64, f64)> {
+        let mut cells = Vec::with_capacity(self.nodes());
+        for altitude_km in self.altitude_km.nodes() {
+            for turbidity in self.turbidity.nodes() {
+                for sun_zenith_deg in self.sun_zenith_deg.nodes() {
+                    cells.push((*altitude_km, *turbidity, *sun_zenith_deg));
+                }
+            }
+        }
+        cells
     }
 
     /// Sky maps that a sweep computes.
@@ -232,16 +262,9 @@ fn sweep_perez(
     grid: &Grid,
     done: &(dyn Fn() + Sync),
 ) -> Result<Sweep, SweepError> {
-    let mut cells = Vec::new();
-    for altitude_km in grid.altitude_km.nodes() {
-        for turbidity in grid.turbidity.nodes() {
-            for sun_zenith_deg in grid.sun_zenith_deg.nodes() {
-                cells.push((*altitude_km, *turbidity, *sun_zenith_deg));
-            }
-        }
-    }
     prepare(truth, grid)?;
-    let fitted: Vec<(NodeFit, SkyMap)> = cells
+    let fitted: Vec<(NodeFit, SkyMap)> = grid
+        .cells()
         .par_iter()
         .map(|cell| {
             let map = SkyMap::compute(truth, grid.form, *cell)?;
@@ -261,6 +284,26 @@ fn sweep_perez(
         nodes,
         maps,
     })
+}
+
+/// The sky at the nodes of a grid, in the order of the table.
+///
+/// # Errors
+/// When the sky does not cover the grid.
+pub fn node_maps(
+    truth: &dyn SkyModel,
+    grid: &Grid,
+    done: &(dyn Fn() + Sync),
+) -> Result<Vec<SkyMap>, SweepError> {
+    prepare(truth, grid)?;
+    grid.cells()
+        .par_iter()
+        .map(|cell| {
+            let map = SkyMap::compute(truth, grid.form, *cell);
+            done();
+            map
+        })
+        .collect()
 }
 
 /// Lets the sky do its own parallel work for each turbidity before many threads ask for it.
@@ -428,19 +471,16 @@ fn sweep_extended(
             }
         }
     }
-    let mut nodes = Vec::new();
-    for altitude_km in altitudes.nodes() {
-        for turbidity in grid.turbidity.nodes() {
-            for sun_zenith_deg in suns.nodes() {
-                nodes.push(NodeFit {
-                    altitude_km: *altitude_km,
-                    turbidity: *turbidity,
-                    sun_zenith_deg: *sun_zenith_deg,
-                    channels: Vec::new(),
-                });
-            }
-        }
-    }
+    let nodes = grid
+        .cells()
+        .into_iter()
+        .map(|(altitude_km, turbidity, sun_zenith_deg)| NodeFit {
+            altitude_km,
+            turbidity,
+            sun_zenith_deg,
+            channels: Vec::new(),
+        })
+        .collect();
     Ok(Sweep {
         values,
         nodes,

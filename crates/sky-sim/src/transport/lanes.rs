@@ -113,6 +113,9 @@ mod tests {
     fn packing_pads_with_the_last_wavelength() {
         let p = pack(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], 3);
         assert_eq!(p.len(), 2);
-        assert_eq!(p[1], [4.0, 5.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0]);
+        assert_eq!(
+            p[1].map(f64::to_bits),
+            [4.0, 5.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0_f64].map(f64::to_bits)
+        );
     }
 }

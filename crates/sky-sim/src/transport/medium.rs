@@ -170,7 +170,7 @@ impl Medium {
                 &self.scattering
             };
             let row = level * self.vectors;
-            if which % 2 == 0 {
+            if which.is_multiple_of(2) {
                 table[row][0]
             } else {
                 table[row + self.vectors - 1][last]
@@ -178,10 +178,10 @@ impl Medium {
         };
         let mut integral = vec![[0.0; 4]; n];
         for i in 1..n {
-            for w in 0..4 {
-                integral[i][w] = integral[i - 1][w]
-                    + 0.5 * (levels[i] - levels[i - 1]) * (value(i - 1, w) + value(i, w));
-            }
+            let dz = levels[i] - levels[i - 1];
+            integral[i] = core::array::from_fn(|w| {
+                integral[i - 1][w] + 0.5 * dz * (value(i - 1, w) + value(i, w))
+            });
         }
         let fits = |from: usize, to: usize| {
             let thickness = levels[to] - levels[from];

@@ -118,9 +118,9 @@ impl SunTable {
             let first_f = f64::from(u32::try_from(first).unwrap_or(0));
             let w = cubic_weights(u - first_f);
             let share = if side == 0 { 1.0 - fraction } else { fraction };
-            for k in 0..4 {
+            for (k, w) in w.iter().enumerate() {
                 place.rows[side * 4 + k] = ((level + side) * SAMPLES + first + k) * self.vectors;
-                place.weights[side * 4 + k] = w[k] * share;
+                place.weights[side * 4 + k] = w * share;
             }
         }
         place
@@ -180,7 +180,7 @@ fn shells_above(medium: &Medium, from: f64, to: f64, impact: f64, out: &mut [Lan
             let length_b = length(b);
             let path = length_b - length_a;
             let middle = 0.5 * (length_a + length_b);
-            let z_middle = (impact * impact + middle * middle).sqrt() - EARTH_RADIUS_KM;
+            let z_middle = impact.hypot(middle) - EARTH_RADIUS_KM;
             let f = |z: f64| ((z - levels[k]) / (levels[k + 1] - levels[k])).clamp(0.0, 1.0);
             let upper = (f(a) + 4.0 * f(z_middle) + f(b)) / 6.0;
             for (v, lanes) in out.iter_mut().enumerate() {

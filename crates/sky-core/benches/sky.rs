@@ -1,0 +1,35 @@
+//! What the sky of the default table costs: a direction, and a frame.
+
+#![expect(missing_docs, reason = "criterion's macros make the entry points")]
+
+use std::hint::black_box;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use sky_core::direction::report_directions;
+use sky_core::quantity::{Angle, Length};
+use sky_core::sky_model::Conditions;
+use sky_core::utm_sky::UtmSky;
+
+fn sky(c: &mut Criterion) {
+    let sky = UtmSky::embedded().expect("the table of the program");
+    let conditions = Conditions {
+        observer_altitude: Length::from_km(3.7),
+        turbidity: 2.6,
+        sun_zenith: Angle::from_degrees(71.0),
+    };
+    let frame = sky.frame(&conditions).expect("inside the domain");
+    // all but the horizontal ring: the observer's horizon lies below it, so all are lit
+    let directions = report_directions();
+    c.bench_function("271 directions", |b| {
+        b.iter(|| {
+            directions
+                .iter()
+                .map(|d| frame.yxy(black_box(d)).map_or(0.0, |light| light.luminance_cd_m2))
+                .sum::<f64>()
+        });
+    });
+    c.bench_function("frame", |b| b.iter(|| sky.frame(black_box(&conditions))));
+}
+
+criterion_group!(benches, sky);
+criterion_main!(benches);
