@@ -24,7 +24,11 @@ fn sky(c: &mut Criterion) {
         b.iter(|| {
             directions
                 .iter()
-                .map(|d| frame.yxy(black_box(d)).map_or(0.0, |light| light.luminance_cd_m2))
+                .map(|d| {
+                    frame
+                        .yxy(black_box(d))
+                        .map_or(0.0, |light| light.luminance_cd_m2)
+                })
                 .sum::<f64>()
         });
     });

@@ -13,7 +13,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let sky = UtmSky::embedded()?;
     let frame = sky.frame(&conditions)?;
-    let light = frame.yxy(&SkyDirection::from_degrees(60.0, 90.0)).ok_or("below the horizon")?;
+    let light = frame
+        .yxy(&SkyDirection::from_degrees(60.0, 90.0))
+        .ok_or("below the horizon")?;
     assert!(light.luminance_cd_m2 > 100.0 && light.luminance_cd_m2 < 2000.0 && light.x < 0.3);
     Ok(())
 }

@@ -12,13 +12,20 @@ use sky_core::quantity::Angle;
 pub(super) struct Harmonics {
     pub(super) degree: usize,
     norms: Vec<f64>,
+    /// Factors of the recurrence in degree, at the place of the function that they lead to.
+    rise: Vec<[f64; 2]>,
 }
 
 impl Harmonics {
     pub(super) fn new(degree: usize) -> Self {
-        let mut norms = Vec::new();
+        let (mut norms, mut rise) = (Vec::new(), Vec::new());
         for l in 0..=degree {
             for m in 0..=l {
+                rise.push(if l >= m + 2 {
+                    [(2 * l - 1), (l + m - 1)].map(|n| as_f64(n) / as_f64(l - m))
+                } else {
+                    [0.0; 2]
+                });
                 // (2l+1)/(4π) (l-m)!/(l+m)!, twice that for m > 0
                 let mut ratio = 1.0;
                 for i in (l - m + 1)..=(l + m) {
@@ -29,7 +36,11 @@ impl Harmonics {
                 norms.push(n.sqrt());
             }
         }
-        Self { degree, norms }
+        Self {
+            degree,
+            norms,
+            rise,
+        }
     }
 
     /// Number of functions.
@@ -55,9 +66,8 @@ impl Harmonics {
         }
         for m in 0..=self.degree {
             for l in (m + 2)..=self.degree {
-                out[index(l, m)] = ((2.0 * as_f64(l) - 1.0) * cosine * out[index(l - 1, m)]
-                    - as_f64(l + m - 1) * out[index(l - 2, m)])
-                    / as_f64(l - m);
+                let [a, b] = self.rise[index(l, m)];
+                out[index(l, m)] = a * cosine * out[index(l - 1, m)] - b * out[index(l - 2, m)];
             }
         }
         let (mut previous, mut cos_m) = (cos_azimuth, 1.0); // cos(-φ), cos(0)

@@ -154,11 +154,13 @@ struct Scratch {
     radiance: Vec<Lanes>,
 }
 
-/// The field's directions at one shell: zenith angles with their paths, and shared azimuths.
+/// Directions of the field's quadrature at one zenith angle of a shell.
 #[derive(Debug)]
-struct Rays {
-    /// A path, and the weight of its zenith angle [sr per azimuth].
-    zenith: Vec<(Template, f64)>,
+struct Ring {
+    template: Template,
+    /// Solid angle of each direction \[sr\].
+    weight: f64,
+    /// Cosines of the azimuths, over half the circle.
     cos_azimuth: Vec<f64>,
 }
 
@@ -375,10 +377,10 @@ impl Diffuse {
     /// Sums the orders of scattering into `self.field`.
     fn successive_orders(&mut self, settings: &TransportSettings) -> Result<(), TransportError> {
         let shells = self.grid.shells.levels();
-        let rays: Vec<Rays> = shells
+        let rays: Vec<Vec<Ring>> = shells
             .par_iter()
             .map_init(Scratch::default, |scratch, z| {
-                self.rays_at(*z, settings, scratch)
+                self.rings_at(*z, settings, scratch)
             })
             .collect();
         let mut order = self.gather(&rays, None);
@@ -439,7 +441,7 @@ impl Diffuse {
     }
 
     /// The field's directions at a shell; zenith intervals meet at the shell's own horizon.
-    fn rays_at(&self, z: f64, settings: &TransportSettings, scratch: &mut Scratch) -> Rays {
+    fn rings_at(&self, z: f64, settings: &TransportSettings, scratch: &mut Scratch) -> Vec<Ring> {
         let horizon = horizon_cosine(z).acos();
         let shoulder = Angle::from_degrees(78.0).radians();
         let [high, low, ground] = settings.zenith_points;
@@ -450,25 +452,24 @@ impl Diffuse {
                 .map(|(angle, w)| (angle.cos(), w * angle.sin())),
         );
         zenith.extend(gauss_legendre(ground, -1.0, horizon.cos()));
-        let n = settings.azimuth_points;
+        // what the harmonics cannot hold needs no directions
+        let n = settings.azimuth_points.min(self.harmonics.degree + 3);
         let radius = EARTH_RADIUS_KM + z;
-        Rays {
-            zenith: zenith
-                .iter()
-                .map(|(cosine, w)| {
-                    let t = self.template(radius, *cosine, View::Field, scratch);
-                    (t, w * core::f64::consts::TAU / as_f64(n))
-                })
-                .collect(),
-            cos_azimuth: (0..n)
-                .map(|k| (core::f64::consts::PI * (as_f64(k) + 0.5) / as_f64(n)).cos())
-                .collect(),
-        }
+        zenith
+            .iter()
+            .map(|(cosine, w)| Ring {
+                template: self.template(radius, *cosine, View::Field, scratch),
+                weight: w * core::f64::consts::TAU / as_f64(n),
+                cos_azimuth: (0..n)
+                    .map(|k| (core::f64::consts::PI * (as_f64(k) + 0.5) / as_f64(n)).cos())
+                    .collect(),
+            })
+            .collect()
     }
 
     /// One order of scattering: the radiance at every node of the grid, as phase-weighted moments.
     /// Without a source field, the first order.
-    fn gather(&self, rays: &[Rays], source: Option<&Field>) -> Field {
+    fn gather(&self, rays: &[Vec<Ring>], source: Option<&Field>) -> Field {
         let (vectors, count) = (self.air.medium.vectors, self.harmonics.count());
         let columns = self.grid.columns.levels();
         let shells = rays.len();
@@ -495,7 +496,7 @@ impl Diffuse {
         &self,
         shell: usize,
         column_deg: f64,
-        rays: &Rays,
+        rings: &[Ring],
         source: Option<&Field>,
         scratch: &mut Scratch,
     ) -> (Vec<Lanes>, Vec<Lanes>) {
@@ -505,8 +506,13 @@ impl Diffuse {
         let mut moments = vec![ZERO; vectors * count];
         let mut irradiance = vec![ZERO; vectors];
         let mut basis = vec![0.0; count];
-        for (template, weight) in &rays.zenith {
-            for cos_azimuth in &rays.cos_azimuth {
+        for Ring {
+            template,
+            weight,
+            cos_azimuth,
+        } in rings
+        {
+            for cos_azimuth in cos_azimuth {
                 let mu = template.cosine;
                 let sines = ((1.0 - mu * mu) * (1.0 - sun_cosine * sun_cosine))
                     .max(0.0)
@@ -706,13 +712,20 @@ impl pulp::NullaryFnOnce for DiffuseStop<'_> {
         } = self;
         let vectors = radiance.len();
         for (v, out) in radiance.iter_mut().enumerate() {
+            // one chain of sums for each corner, so that additions need not wait for one another
+            let moments = corners.node.map(|node| {
+                let first = (node * vectors + v) * stride;
+                &field.moments[first..first + basis.len()]
+            });
+            let mut sums = [ZERO; 4];
+            for (k, y) in basis.iter().enumerate() {
+                for c in 0..4 {
+                    add_scaled(&mut sums[c], *y, &moments[c][k]);
+                }
+            }
             let mut s = ZERO;
             for c in 0..4 {
-                let first = (corners.node[c] * vectors + v) * stride;
-                let w = corners.weight[c];
-                for (m, y) in field.moments[first..first + basis.len()].iter().zip(basis) {
-                    add_scaled(&mut s, w * y, m);
-                }
+                add_scaled(&mut s, corners.weight[c], &sums[c]);
             }
             for l in 0..WIDTH {
                 out[l] += weights[v][l] * s[l].max(0.0);

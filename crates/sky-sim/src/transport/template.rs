@@ -127,12 +127,12 @@ impl Template {
                 ground.push(through);
             }
         }
-        let weights = rayleigh
+        let weights: Vec<Lanes> = rayleigh
             .iter()
             .zip(&aerosol)
             .map(|(r, a)| core::array::from_fn(|l| r[l] + a[l]))
             .collect();
-        Self {
+        let mut template = Self {
             radius,
             cosine,
             stops,
@@ -140,6 +140,39 @@ impl Template {
             aerosol,
             weights,
             ground,
+        };
+        template.drop_faint_stops(vectors);
+        template
+    }
+
+    /// Drops stops from which next to nothing arrives at any wavelength; the last stays, it may be the
+    /// ground.
+    fn drop_faint_stops(&mut self, vectors: usize) {
+        let count = self.stops.len();
+        let mut all = vec![ZERO; vectors];
+        for (k, w) in self.weights.iter().enumerate() {
+            for l in 0..WIDTH {
+                all[k % vectors][l] += w[l];
+            }
+        }
+        let keep: Vec<bool> = (0..count)
+            .map(|k| {
+                k + 1 == count
+                    || (0..vectors).any(|v| {
+                        let w = &self.weights[k * vectors + v];
+                        (0..WIDTH).any(|l| w[l] > FAINT * all[v][l])
+                    })
+            })
+            .collect();
+        let mut place = 0..;
+        self.stops
+            .retain(|_| place.next().is_none_or(|k: usize| keep[k]));
+        for table in [&mut self.rayleigh, &mut self.aerosol, &mut self.weights] {
+            let mut place = 0..;
+            table.retain(|_| place.next().is_none_or(|k: usize| keep[k / vectors]));
         }
     }
 }
+
+/// Share of a ray's scattered light below which a stop is not read.
+const FAINT: f64 = 3e-4;
