@@ -1,7 +1,5 @@
 //! What the sky of the default table costs: a direction, and a frame.
 
-#![expect(missing_docs, reason = "criterion's macros make the entry points")]
-
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};

@@ -719,13 +719,13 @@ impl pulp::NullaryFnOnce for DiffuseStop<'_> {
             });
             let mut sums = [ZERO; 4];
             for (k, y) in basis.iter().enumerate() {
-                for c in 0..4 {
-                    add_scaled(&mut sums[c], *y, &moments[c][k]);
+                for (sum, moments) in sums.iter_mut().zip(&moments) {
+                    add_scaled(sum, *y, &moments[k]);
                 }
             }
             let mut s = ZERO;
-            for c in 0..4 {
-                add_scaled(&mut s, corners.weight[c], &sums[c]);
+            for (weight, sum) in corners.weight.iter().zip(&sums) {
+                add_scaled(&mut s, *weight, sum);
             }
             for l in 0..WIDTH {
                 out[l] += weights[v][l] * s[l].max(0.0);
