@@ -74,17 +74,10 @@ fn the_table_that_ships_is_small_and_reproduced_to_the_byte() {
 fn between_the_nodes_the_table_meets_the_transport_engine() {
     let sky = embedded();
     let cases = held_out_cases(&nodes(&sky), &CLAIMED, CaseCounts::default()).all();
-    let all = evaluate(&*TRUTH, &[&sky], &cases)[0].pooled();
+    let all = evaluate(&*TRUTH, &[&sky], &cases).expect("inside the domain")[0].pooled();
     let (color, luminance) = (
         all.delta_e.expect("directions"),
         all.luminance.expect("directions"),
-    );
-    println!(
-        "{} maps: CIEDE2000 median {:.2}, p95 {:.2}; luminance p95 {:.2} %",
-        all.maps,
-        color.median,
-        color.p95,
-        100.0 * luminance.p95
     );
     assert!(all.maps > 200);
     assert_eq!(all.negatives + all.not_finite, 0);
@@ -99,11 +92,9 @@ fn the_report_s_rule_turns_light_negative() {
     assert_eq!(lut.header().shape(), [5, 3, 3]);
     assert!(sweep.nodes.iter().all(|n| n.channels.len() == 3));
     let sky = UtmSky::new(lut);
-    let cases: Vec<Conditions> = [3.0, 9.0, 16.0]
-        .into_iter()
-        .flat_map(|km| [2.5, 6.0].map(|t| conditions(km, t, 80.0)))
-        .collect();
-    let all = evaluate(&*TRUTH, &[&sky], &cases)[0].pooled();
+    // the cases of the shipped table, as far as the report's grid reaches
+    let cases = held_out_cases(&nodes(&embedded()), &CLAIMED, CaseCounts::default()).all();
+    let all = evaluate(&*TRUTH, &[&sky], &cases).expect("inside the domain")[0].pooled();
     assert!(all.negatives > 0, "the known failure is gone: {all:?}");
 }
 

@@ -143,10 +143,10 @@ mod tests {
         }
         let right = system.right.clone();
         let x = system.solve().expect("positive definite");
-        for r in 0..n {
-            for k in 0..3 {
+        for (r, right) in right.iter().enumerate() {
+            for (k, right) in right.iter().enumerate() {
                 let product: f64 = (0..n).map(|c| at(r, c) * x[c][k]).sum();
-                assert!((product - right[r][k]).abs() < 1e-12);
+                assert!((product - right).abs() < 1e-12);
             }
         }
         assert!(BandedSystem::new(3, 1).solve().is_err());
