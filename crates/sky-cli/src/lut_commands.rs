@@ -114,7 +114,7 @@ fn info(name: &str, lut: &Lut) -> String {
         )
     };
     row(
-        "fit at the nodes",
+        "fit to the maps",
         format_args!(
             "luminance: {}",
             quantiles(&h.fit.luminance_relative_error, 100.0, " %")

@@ -140,13 +140,14 @@ pub struct ErrorQuantiles {
     pub max: f64,
 }
 
-/// How well the formula meets the computed skies at the nodes; between nodes errors are larger.
+/// How well the table meets the skies that it was fitted to: those at the nodes, and for the extended
+/// form also half way between altitudes and suns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FitStatistics {
-    /// CIEDE2000 color difference over the directions of all nodes.
+    /// CIEDE2000 color difference over all their directions.
     pub delta_e_2000: ErrorQuantiles,
-    /// Relative error of luminance over the directions of all nodes \[1\].
+    /// Relative error of luminance over all their directions \[1\].
     pub luminance_relative_error: ErrorQuantiles,
 }
 
@@ -180,7 +181,7 @@ pub struct LutHeader {
     pub engine: String,
     /// Settings of the engine and the fit, by name.
     pub settings: BTreeMap<String, serde_json::Value>,
-    /// Errors of the fit at the nodes.
+    /// Errors of the fit.
     pub fit: FitStatistics,
     /// Where the table is valid; lies within the axes.
     pub domain: Domain,
