@@ -3,12 +3,12 @@
 use std::path::Path;
 use std::sync::LazyLock;
 
-use sky_cli::evaluate::{CaseCounts, Nodes, evaluate, held_out_cases};
+use sky_cli::evaluate::{CaseCounts, Nodes, conditions, evaluate, held_out_cases};
 use sky_cli::generate::{MAP_STEP_NM, bake};
 use sky_cli::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
 use sky_core::axis::Axis;
 use sky_core::direction::{SkyDirection, horizon_zenith};
-use sky_core::quantity::{Angle, Length};
+use sky_core::quantity::Length;
 use sky_core::sky_model::{Conditions, Domain, SkyModel};
 use sky_core::utm_sky::{EMBEDDED_LUT, UtmSky};
 use sky_fit::sweep::Grid;
@@ -27,14 +27,6 @@ static TRUTH: LazyLock<TransportSky> = LazyLock::new(|| {
 
 fn embedded() -> UtmSky {
     UtmSky::embedded().expect("the table of the program")
-}
-
-fn conditions(km: f64, turbidity: f64, sun_deg: f64) -> Conditions {
-    Conditions {
-        observer_altitude: Length::from_km(km),
-        turbidity,
-        sun_zenith: Angle::from_degrees(sun_deg),
-    }
 }
 
 fn nodes(sky: &UtmSky) -> Nodes {

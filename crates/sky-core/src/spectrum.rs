@@ -3,6 +3,7 @@
 //! Wavelengths are in nanometres of air or vacuum as the source of a table has them; the difference
 //! (0.2 nm) is far below the 1 nm of the tables.
 
+use crate::axis::{four_from, lagrange_weights};
 use thiserror::Error;
 
 /// A wavelength grid or spectrum that cannot be used: where, what was expected, what was found.
@@ -261,19 +262,10 @@ pub fn cubic_weights(grid: &[f64], x: f64) -> Option<LocalWeights> {
             weights: [1.0 - t, t, 0.0, 0.0],
         });
     }
-    let nodes = &grid[i - 1..i + 3];
-    let mut weights = [1.0; 4];
-    for (j, weight) in weights.iter_mut().enumerate() {
-        for (k, &node) in nodes.iter().enumerate() {
-            if k != j {
-                *weight *= (x - node) / (nodes[j] - node);
-            }
-        }
-    }
     Some(LocalWeights {
         first: i - 1,
         count: 4,
-        weights,
+        weights: lagrange_weights(&four_from(grid, i - 1), x),
     })
 }
 

@@ -5,7 +5,7 @@
 //! Out of scope: the sun's disc and the ground.
 
 use crate::air_mass::{chapman_air_mass_f32, radius_in_scale_heights};
-use crate::axis::{Axis, Cell};
+use crate::axis::{Axis, Cell, four_from, lagrange_weights};
 use crate::color::{linear_srgb_from_xyz, xyz_from_linear_srgb, xyz_from_yxy, yxy_from_xyz};
 use crate::direction::{SkyDirection, horizon_zenith};
 use crate::extended::{self, single};
@@ -188,13 +188,8 @@ fn lagrange(axis: &Axis, value: f64) -> [(usize, f64); 4] {
         return two(c);
     }
     let first = c.lower.saturating_sub(1).min(nodes.len() - 4);
-    core::array::from_fn(|i| {
-        let weight = (0..4)
-            .filter(|j| *j != i)
-            .map(|j| (value - nodes[first + j]) / (nodes[first + i] - nodes[first + j]))
-            .product();
-        (first + i, weight)
-    })
+    let weights = lagrange_weights(&four_from(nodes, first), value);
+    core::array::from_fn(|i| (first + i, weights[i]))
 }
 
 impl SkyFrame {

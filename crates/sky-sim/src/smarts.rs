@@ -25,6 +25,7 @@
 
 use crate::optics::{AerosolOptics, OpticsError, OpticsSettings, mean};
 use crate::profile::{AtmosphereProfile, Gas, TOP_OF_ATMOSPHERE_KM};
+use crate::quadrature::gauss_legendre;
 use crate::radiance_map::RadianceMap;
 use crate::solar::{SolarError, SolarSpectrum};
 use crate::{aerosol, gases, ozone, phase, rayleigh};
@@ -155,34 +156,7 @@ pub fn vertical_columns(
 const GAUSS_POINTS: usize = 12;
 
 /// Nodes and weights on 0–1.
-static GAUSS: LazyLock<[(f64, f64); GAUSS_POINTS]> = LazyLock::new(gauss_legendre_unit);
-
-/// Gauss–Legendre rule on 0–1 by Newton's method on the Legendre polynomial.
-fn gauss_legendre_unit<const N: usize>() -> [(f64, f64); N] {
-    let count = (0..N).fold(0.0, |n, _| n + 1.0);
-    let mut index = 0.0;
-    core::array::from_fn(|_| {
-        index += 1.0;
-        let mut x: f64 = (PI * (index - 0.25) / (count + 0.5)).cos();
-        let mut slope = 1.0;
-        for _ in 0..50 {
-            let (mut before, mut here) = (1.0, x);
-            let mut degree = 1.0;
-            while degree < count - 0.5 {
-                degree += 1.0;
-                let next = ((2.0 * degree - 1.0) * x * here - (degree - 1.0) * before) / degree;
-                (before, here) = (here, next);
-            }
-            slope = count * (x * here - before) / (x * x - 1.0);
-            let change = here / slope;
-            x -= change;
-            if change.abs() < 1e-15 {
-                break;
-            }
-        }
-        (0.5 * (1.0 - x), 1.0 / ((1.0 - x * x) * slope * slope))
-    })
-}
+static GAUSS: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| gauss_legendre(GAUSS_POINTS, 0.0, 1.0));
 
 /// Columns along a straight ray from an altitude to space, or `None` if the ground is in the way.
 ///
@@ -614,8 +588,8 @@ const CELLS: u16 = 20;
 const HEMISPHERE_ZENITHS: usize = 10;
 const HEMISPHERE_AZIMUTHS: u16 = 12;
 
-static HEMISPHERE_GAUSS: LazyLock<[(f64, f64); HEMISPHERE_ZENITHS]> =
-    LazyLock::new(gauss_legendre_unit);
+static HEMISPHERE_GAUSS: LazyLock<Vec<(f64, f64)>> =
+    LazyLock::new(|| gauss_legendre(HEMISPHERE_ZENITHS, 0.0, 1.0));
 
 /// The parametric sky over one atmosphere and ground.
 #[derive(Clone, Debug)]
@@ -1136,7 +1110,7 @@ mod tests {
 
     #[test]
     fn the_gauss_rule_integrates_polynomials() {
-        let rule: [(f64, f64); 12] = gauss_legendre_unit();
+        let rule = gauss_legendre(12, 0.0, 1.0);
         for power in 0..24_i32 {
             let sum: f64 = rule.iter().map(|(x, w)| w * x.powi(power)).sum();
             assert!(

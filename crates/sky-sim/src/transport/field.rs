@@ -5,6 +5,7 @@
 
 use super::lanes::{Lanes, WIDTH};
 use super::medium::{Between, LevelFinder};
+use sky_core::axis::{four_from, lagrange_weights};
 use sky_core::quantity::Angle;
 
 /// Real spherical harmonics, even in azimuth, orthonormal over the sphere, up to a degree.
@@ -156,22 +157,19 @@ impl Grid {
     fn cubic_weights(&self, column: Between, sun_zenith_deg: f64) -> (usize, [f64; 4]) {
         let x = self.columns.levels();
         let first = column.level.saturating_sub(1).min(x.len() - 4);
-        let mut w = [0.0; 4];
         if column.level == 0
             || column.level + 2 >= x.len()
             || sun_zenith_deg > LAST_SMOOTH_COLUMN_DEG
         {
+            let mut w = [0.0; 4];
             w[column.level - first] = 1.0 - column.fraction;
             w[column.level + 1 - first] = column.fraction;
             return (first, w);
         }
-        for (i, w) in w.iter_mut().enumerate() {
-            *w = (0..4)
-                .filter(|j| *j != i)
-                .map(|j| (sun_zenith_deg - x[first + j]) / (x[first + i] - x[first + j]))
-                .product();
-        }
-        (first, w)
+        (
+            first,
+            lagrange_weights(&four_from(x, first), sun_zenith_deg),
+        )
     }
 }
 

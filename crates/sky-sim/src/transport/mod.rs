@@ -190,12 +190,13 @@ impl Transport {
         }
         Self::check(ground_albedo)?;
         let spread = Spread::new(optics);
-        let mut diffuse = match spread.coarse(optics) {
-            Some(coarse) => Diffuse::new(&coarse, ground_albedo, settings),
-            None => Diffuse::new(optics, ground_albedo, settings),
-        };
-        diffuse.successive_orders(settings)?;
         let direct = Sunlit::new(optics, ground_albedo);
+        let air = spread.coarse(optics).map_or_else(
+            || direct.clone(),
+            |coarse| Sunlit::new(&coarse, ground_albedo),
+        );
+        let mut diffuse = Diffuse::new(air, settings);
+        diffuse.successive_orders(settings)?;
         let view_shells = direct.medium.segment_levels(VIEW_SHELLS);
         Ok(Self {
             direct,
@@ -319,8 +320,7 @@ impl Scratch {
 }
 
 impl Diffuse {
-    fn new(optics: &OpticalProfile, ground_albedo: f64, settings: &TransportSettings) -> Self {
-        let air = Sunlit::new(optics, ground_albedo);
+    fn new(air: Sunlit, settings: &TransportSettings) -> Self {
         let top = air.medium.top_km();
         let mut shells: Vec<f64> = settings
             .shells_km

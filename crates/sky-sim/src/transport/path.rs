@@ -91,7 +91,7 @@ impl Ray {
 }
 
 impl Path {
-    /// Traces a ray to the top of the atmosphere or to the ground, at most `longest` kilometres.
+    /// Traces a ray to the top of the atmosphere or to the ground.
     pub(super) fn trace(
         &mut self,
         ray: &Ray,

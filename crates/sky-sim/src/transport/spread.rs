@@ -7,6 +7,7 @@
 
 use super::lanes::{Lanes, WIDTH};
 use crate::optics::OpticalProfile;
+use sky_core::axis::{four_from, lagrange_weights};
 
 /// Widest gap between solved wavelengths \[nm\].
 const WIDEST_GAP_NM: f64 = 20.0;
@@ -32,13 +33,7 @@ pub(super) struct Spread {
 fn cubic(nodes: &[f64], x: f64) -> (usize, [f64; 4]) {
     let above = nodes.partition_point(|n| *n <= x);
     let first = above.saturating_sub(2).min(nodes.len() - 4);
-    let weights = core::array::from_fn(|i| {
-        (0..4)
-            .filter(|j| *j != i)
-            .map(|j| (x - nodes[first + j]) / (nodes[first + i] - nodes[first + j]))
-            .product()
-    });
-    (first, weights)
+    (first, lagrange_weights(&four_from(nodes, first), x))
 }
 
 fn weighted(values: &[f64], (first, weights): &(usize, [f64; 4])) -> f64 {
