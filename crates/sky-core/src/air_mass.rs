@@ -65,7 +65,7 @@ pub fn relative_air_mass(
 }
 
 macro_rules! chapman {
-    ($real:ty, $chapman:ident, $above:ident, $erfcx:ident, $doc:literal) => {
+    ($real:ty, $chapman:ident, $reciprocal:ident, $above:ident, $doc:literal) => {
         #[doc = $doc]
         ///
         /// `radius_in_scale_heights` is X = (R + h)/H, see [`radius_in_scale_heights`].
@@ -75,40 +75,45 @@ macro_rules! chapman {
         /// Ch(X, χ) = 2 exp(X(1 − sin χ)) Ch(X sin χ, 90°) − Ch(X, 180° − χ).
         #[must_use]
         pub fn $chapman(cos_view_zenith: $real, radius_in_scale_heights: $real) -> $real {
-            let cosine = cos_view_zenith;
             let x = radius_in_scale_heights;
-            let above = $above(cosine.abs(), x);
+            $reciprocal(cos_view_zenith, x, (0.5 * x).sqrt()).recip()
+        }
+
+        /// One over the air mass; `root` is √(X/2), which does not depend on the direction.
+        #[must_use]
+        pub fn $reciprocal(cos_view_zenith: $real, x: $real, root: $real) -> $real {
+            let cosine = cos_view_zenith;
+            let [above, over] = $above(cosine.abs(), x, root);
             if cosine >= 0.0 {
-                return above;
+                return over / above;
             }
             // 1 − sin without cancellation; sin never 0, so that no product is 0 · ∞.
             let sine = (1.0 - cosine * cosine).max(1e-6).sqrt();
             let exponent = x * cosine * cosine / (1.0 + sine);
-            let tangent = $above(0.0, x * sine);
-            2.0 * exponent.min(<$real>::from(LARGEST_EXPONENT)).exp() * tangent - above
+            let [tangent, under] = $above(0.0, x * sine, root * sine.sqrt());
+            let growth = exponent.min(<$real>::from(LARGEST_EXPONENT)).exp();
+            (2.0 * growth * tangent / under - above / over).recip()
         }
 
-        /// Chapman's function for cosines from 0 to 1.
-        fn $above(cosine: $real, x: $real) -> $real {
-            let half = (0.5 * x).sqrt();
-            let u = half * cosine;
-            let q = 1.0
-                - 0.625
-                    / (1.0 + u * (<$real>::from(CURVATURE[0]) + u * <$real>::from(CURVATURE[1])));
+        /// Chapman's function for cosines from 0 to 1, as a numerator and a denominator.
+        fn $above(cosine: $real, x: $real, root: $real) -> [$real; 2] {
             // √π
             const ROOT_PI: f32 = 1.772_453_9;
-            <$real>::from(ROOT_PI) * half * $erfcx(u) * (1.0 + q / x)
-        }
-
-        /// `exp(u²) erfc(u)` for u ≥ 0.
-        fn $erfcx(u: $real) -> $real {
-            let horner = |c: &[f32]| {
+            let horner = |c: &[f32], u: $real| {
                 c.iter()
                     .rev()
                     .fold(<$real>::from(0.0_f32), |sum, &c| sum * u + <$real>::from(c))
             };
-            // At a small scale height u reaches 100: u⁴ stays far from the limits of f32.
-            horner(&ERFCX_NUMERATOR) / horner(&ERFCX_DENOMINATOR)
+            // At a small scale height u reaches 100: u⁶ X stays far from the limits of f32.
+            let u = root * cosine;
+            let curve = 1.0 + u * (<$real>::from(CURVATURE[0]) + u * <$real>::from(CURVATURE[1]));
+            [
+                <$real>::from(ROOT_PI)
+                    * root
+                    * horner(&ERFCX_NUMERATOR, u)
+                    * (x * curve + (curve - 0.625)),
+                horner(&ERFCX_DENOMINATOR, u) * (x * curve),
+            ]
         }
     };
 }
@@ -116,15 +121,15 @@ macro_rules! chapman {
 chapman!(
     f64,
     chapman_air_mass,
+    reciprocal_chapman,
     chapman_above,
-    erfcx,
     "Chapman's function: the air mass from the cosine of the view zenith angle."
 );
 chapman!(
     f32,
     chapman_air_mass_f32,
+    reciprocal_chapman_f32,
     chapman_above_f32,
-    erfcx_f32,
     "Chapman's function in `f32`, the twin of [`chapman_air_mass`]."
 );
 
@@ -163,6 +168,11 @@ mod tests {
 
     #[test]
     fn erfcx_is_within_4e_6_of_published_values() {
+        // for an infinite radius the numerator over the denominator is √π root · erfcx(root cos χ)
+        let erfcx = |u: f64| {
+            let [above, over] = chapman_above(u, 1e12, 1.0);
+            above / over / core::f64::consts::PI.sqrt()
+        };
         // Abramowitz & Stegun, table 7.1, and the asymptotic series at 10.
         for (u, value) in [
             (0.0, 1.0),

@@ -14,7 +14,7 @@
 //! Source: our own. The products were chosen greedily (orthogonal matching pursuit) from 88 candidates
 //! by how much each lowered the residual of transport maps over 0–30 km, T 1–8, sun 0–92°.
 
-use crate::air_mass::{chapman_air_mass_f32, radius_in_scale_heights};
+use crate::air_mass::{radius_in_scale_heights, reciprocal_chapman_f32};
 use crate::direction::SkyDirection;
 use crate::quantity::Length;
 use crate::sky_model::Conditions;
@@ -33,18 +33,85 @@ pub const TERM_NAMES: [&str; TERMS] = [
 /// Scale heights of air and haze \[km\] of the two air masses.
 pub const SCALE_HEIGHTS_KM: [f64; 2] = [8.0, 1.2];
 
+/// What the two air masses need of the observer's altitude.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Radii {
+    /// The distance from the Earth's center in scale heights of air and of haze, X.
+    pub scale_heights: [f32; 2],
+    /// √(X/2) of each.
+    pub roots: [f32; 2],
+}
+
+impl Radii {
+    /// At an altitude.
+    #[must_use]
+    pub fn at(observer_altitude: Length) -> Self {
+        let scale_heights = SCALE_HEIGHTS_KM
+            .map(|h| single(radius_in_scale_heights(observer_altitude, Length::from_km(h))));
+        Self {
+            scale_heights,
+            roots: scale_heights.map(|x| (0.5 * x).sqrt()),
+        }
+    }
+
+    /// One over the air masses of air and haze.
+    fn reciprocal_masses(self, cosine: f32) -> [f32; 2] {
+        let [x, x_haze] = self.scale_heights;
+        let [root, root_haze] = self.roots;
+        [
+            reciprocal_chapman_f32(cosine, x, root),
+            reciprocal_chapman_f32(cosine, x_haze, root_haze),
+        ]
+    }
+}
+
+/// Odd polynomial for the arc tangent on 0..1 divided by its argument, in its square: a minimax fit,
+/// relative error 7e-7. Our own, so that shader and CPU agree where drivers' `atan2` do not.
+const ARC_TANGENT: [f32; 7] = [
+    0.999_999_35,
+    -0.333_265_15,
+    0.198_814_82,
+    -0.134_871_9,
+    0.083_871_156,
+    -0.037_012_97,
+    0.007_863_366,
+];
+
+/// The angle, 0..π, from its sine (not negative) and cosine times any common factor.
+#[must_use]
+pub fn angle(sine: f32, cosine: f32) -> f32 {
+    let side = cosine.abs();
+    let ratio = sine.min(side) / sine.max(side).max(f32::MIN_POSITIVE);
+    let square = ratio * ratio;
+    // Estrin's order: a shorter chain than Horner's
+    let [c0, c1, c2, c3, c4, c5, c6] = ARC_TANGENT;
+    let fourth = square * square;
+    let low = (c0 + c1 * square) + (c2 + c3 * square) * fourth;
+    let high = (c4 + c5 * square) + c6 * fourth;
+    let arc = ratio * (low + high * (fourth * fourth));
+    let acute = if sine > side {
+        core::f32::consts::FRAC_PI_2 - arc
+    } else {
+        arc
+    };
+    if cosine < 0.0 {
+        core::f32::consts::PI - acute
+    } else {
+        acute
+    }
+}
+
 /// The products in a direction.
 ///
-/// `cosine` is that of the view zenith angle, `radii` the observer's distance from the Earth's center
-/// in scale heights of air and haze, `gamma` the angle from the sun \[rad\] and `mu` its cosine.
+/// `cosine` is that of the view zenith angle, `gamma` the angle from the sun \[rad\] and `mu` its
+/// cosine.
 #[must_use]
-pub fn basis(cosine: f32, radii: [f32; 2], gamma: f32, mu: f32) -> [f32; TERMS] {
-    let air = chapman_air_mass_f32(cosine, radii[0]);
-    let haze = chapman_air_mass_f32(cosine, radii[1]);
-    let share = |m: f32, n: f32| m / (n + m);
+pub fn basis(cosine: f32, radii: Radii, gamma: f32, mu: f32) -> [f32; TERMS] {
+    let [air, haze] = radii.reciprocal_masses(cosine);
+    // m/(n + m) = 1/(1 + n/m)
     let [a1, a3, a10, a50, a200, a1000] =
-        [1.0, 3.0, 10.0, 50.0, 200.0, 1000.0].map(|n| share(air, n));
-    let [h5, h20, h100] = [5.0, 20.0, 100.0].map(|n| share(haze, n));
+        [1.0, 3.0, 10.0, 50.0, 200.0, 1000.0].map(|n| 1.0 / (1.0 + n * air));
+    let [h5, h20, h100] = [5.0, 20.0, 100.0].map(|n| 1.0 / (1.0 + n * haze));
     let e1 = (-gamma).exp();
     let e2 = e1 * e1;
     let e4 = e2 * e2;
@@ -75,18 +142,45 @@ pub fn basis(cosine: f32, radii: [f32; 2], gamma: f32, mu: f32) -> [f32; TERMS] 
     ]
 }
 
+/// Coefficients of ln Y, x and y for each product; the fourth entry is not used. A shader reads
+/// them as they lie.
+pub type Coefficients = [[f32; 4]; TERMS];
+
+/// Adds a node of a table, weighted.
+pub(crate) fn add(sum: &mut Coefficients, weight: f32, node: &[f32]) {
+    for (channel, values) in node.chunks_exact(TERMS).enumerate() {
+        for (to, from) in sum.iter_mut().zip(values) {
+            to[channel] += weight * from;
+        }
+    }
+}
+
+/// Luminance \[cd·m⁻²\], x and y from coefficients and products.
+#[must_use]
+pub fn light(coefficients: &Coefficients, basis: &[f32; TERMS]) -> [f32; 3] {
+    let [ln_luminance, x, y, _] = sums(coefficients, basis);
+    [ln_luminance.exp(), x, y]
+}
+
+/// The sums of all four entries. Not inlined: where the caller drops the fourth, the compiler would
+/// split the vectors into single numbers.
+#[inline(never)]
+fn sums(coefficients: &Coefficients, basis: &[f32; TERMS]) -> [f32; 4] {
+    // two sums side by side shorten the chain of additions
+    let (mut even, mut odd) = ([0.0_f32; 4], [0.0_f32; 4]);
+    for (c, b) in coefficients.chunks_exact(2).zip(basis.chunks_exact(2)) {
+        even = core::array::from_fn(|i| even[i] + c[0][i] * b[0]);
+        odd = core::array::from_fn(|i| odd[i] + c[1][i] * b[1]);
+    }
+    core::array::from_fn(|i| even[i] + odd[i])
+}
+
 /// The products for an observer and sun, as a fit needs them.
 #[must_use]
 pub fn basis_in(direction: &SkyDirection, conditions: &Conditions) -> [f32; TERMS] {
-    let radii = SCALE_HEIGHTS_KM.map(|h| {
-        single(radius_in_scale_heights(
-            conditions.observer_altitude,
-            Length::from_km(h),
-        ))
-    });
     basis(
         single(direction.view_zenith.radians().cos()),
-        radii,
+        Radii::at(conditions.observer_altitude),
         single(direction.scattering_angle(conditions.sun_zenith).radians()),
         single(direction.cos_scattering_angle(conditions.sun_zenith)),
     )
@@ -103,8 +197,8 @@ mod tests {
 
     #[test]
     fn the_products_are_finite_from_the_zenith_to_the_horizon() {
-        for altitude_km in [0.0_f32, 1.0, 30.0] {
-            let radii = [(6371.0 + altitude_km) / 8.0, (6371.0 + altitude_km) / 1.2];
+        for altitude_km in [0.0, 1.0, 30.0] {
+            let radii = Radii::at(Length::from_km(altitude_km));
             for i in 0..=200_u8 {
                 let cosine = 1.0 - f32::from(i) / 200.0 * 1.1;
                 for gamma in [0.0_f32, 1.0, 3.1] {
@@ -116,5 +210,17 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn an_angle_is_that_of_the_library_to_7e_7() {
+        for i in 0..=3141_u16 {
+            let exact = f64::from(i) / 1000.0;
+            let found = f64::from(angle(single(exact.sin().abs()), single(exact.cos())));
+            assert!((found - exact).abs() <= 1e-6 * exact.max(0.3), "{exact}: {found}");
+        }
+        assert!(angle(0.0, 1.0).abs() < 1e-9);
+        assert!((angle(0.0, -1.0) - core::f32::consts::PI).abs() < 1e-6);
+        assert!(angle(0.0, 0.0).is_finite());
     }
 }

@@ -4,22 +4,21 @@
 //! direction is one formula in `f32` without allocation ([`SkyFrame::yxy`]), the twin of the shader.
 //! Out of scope: the sun's disc and the ground.
 
-use crate::air_mass::{chapman_air_mass_f32, radius_in_scale_heights};
+use crate::air_mass::chapman_air_mass_f32;
 use crate::axis::{Axis, Cell, four_from, lagrange_weights};
-use crate::color::{linear_srgb_from_xyz, xyz_from_linear_srgb, xyz_from_yxy, yxy_from_xyz};
+use crate::color::{LinearSrgb, linear_srgb_from_xyz, xyz_from_linear_srgb, xyz_from_yxy, yxy_from_xyz};
 use crate::direction::{SkyDirection, horizon_zenith};
-use crate::extended::{self, single};
+use crate::extended::{self, Coefficients, Radii, angle, single};
 use crate::lut::{Form, Interpolation, Lut, LutError};
-use crate::quantity::Length;
 use crate::sky_model::{Conditions, Domain, OutsideDomain, SkyModel, Yxy};
 
 /// Bytes of the default table, `luts/default.utmlut`.
 pub const EMBEDDED_LUT: &[u8] = include_bytes!("../../../luts/default.utmlut");
 
-/// Values of a channel at a node: at most those of the extended form.
-const MOST_TERMS: usize = extended::TERMS;
+/// Values of a channel at a node of the Perez forms: zenith, A–E.
+pub const PEREZ_TERMS: usize = 6;
 /// Corners that a frame blends: four layers, two turbidities, two suns.
-const MOST_CORNERS: usize = 16;
+pub const MOST_CORNERS: usize = 16;
 /// Scale height of the spherical Perez form's air mass \[km\].
 pub const PEREZ_SCALE_HEIGHT_KM: f64 = 8.0;
 
@@ -33,17 +32,35 @@ pub struct UtmSky {
 /// The sky for one observer, haze and sun.
 #[derive(Clone, Debug)]
 pub struct SkyFrame {
-    form: Form,
-    interpolation: Interpolation,
-    /// Corners in use: blended into one for the extended form.
-    corners: usize,
-    weights: [f32; MOST_CORNERS],
-    coefficients: [[[f32; MOST_TERMS]; 3]; MOST_CORNERS],
-    /// The observer's distance from the Earth's center in scale heights.
-    radii: [f32; 2],
+    formula: Formula,
+    radii: Radii,
     sin_sun: f32,
     cos_sun: f32,
     cos_horizon: f32,
+}
+
+/// The formula of a frame with its coefficients.
+#[derive(Clone, Debug)]
+pub enum Formula {
+    /// Linear coefficients blend into one set.
+    Extended(Coefficients),
+    /// Perez's coefficients are kept for each node, and the lights blended.
+    Perez(PerezFrame),
+}
+
+/// Perez's formula at the nodes around a frame's place.
+#[derive(Clone, Debug)]
+pub struct PerezFrame {
+    /// Whether the printed 1/cos θ stands for the spherical air mass.
+    pub plane_parallel: bool,
+    /// How the nodes' lights are blended.
+    pub interpolation: Interpolation,
+    /// Nodes in use.
+    pub corners: usize,
+    /// Their weights.
+    pub weights: [f32; MOST_CORNERS],
+    /// Zenith and A–E of Y, x and y at each node.
+    pub coefficients: [[[f32; PEREZ_TERMS]; 3]; MOST_CORNERS],
 }
 
 /// Place of a turbidity for interpolation: light grows like the logarithm of the haze.
@@ -100,23 +117,16 @@ impl UtmSky {
             Interpolation::ReportLagrange => cell(turbidity, conditions.turbidity, |t| t),
         });
         let suns = two(cell(sun, conditions.sun_zenith.degrees(), |s| s));
-        let mut frame = SkyFrame {
-            form: header.form,
-            interpolation: header.interpolation,
-            corners: 0,
-            weights: [0.0; MOST_CORNERS],
-            coefficients: [[[0.0; MOST_TERMS]; 3]; MOST_CORNERS],
-            radii: extended::SCALE_HEIGHTS_KM.map(|h| {
-                single(radius_in_scale_heights(
-                    conditions.observer_altitude,
-                    Length::from_km(h),
-                ))
+        let mut formula = match header.form {
+            Form::Extended => Formula::Extended(Coefficients::default()),
+            Form::PerezReport | Form::PerezSpherical => Formula::Perez(PerezFrame {
+                plane_parallel: header.form == Form::PerezReport,
+                interpolation: header.interpolation,
+                corners: 0,
+                weights: [0.0; MOST_CORNERS],
+                coefficients: [[[0.0; PEREZ_TERMS]; 3]; MOST_CORNERS],
             }),
-            sin_sun: single(conditions.sun_zenith.radians().sin()),
-            cos_sun: single(conditions.sun_zenith.radians().cos()),
-            cos_horizon: single(horizon_zenith(conditions.observer_altitude).radians().cos()),
         };
-        let terms = header.terms_per_channel();
         for (a, wa) in layers {
             for (t, wt) in hazes {
                 for (s, ws) in suns {
@@ -125,27 +135,22 @@ impl UtmSky {
                         continue;
                     }
                     let node = self.lut.node(a, t, s);
-                    // linear coefficients blend into one set; others are kept for their colors
-                    let blended = header.form == Form::Extended;
-                    let (k, factor) = if blended {
-                        (0, weight)
-                    } else {
-                        (frame.corners, 1.0)
-                    };
-                    for (to, from) in frame.coefficients[k]
-                        .iter_mut()
-                        .zip(node.chunks_exact(terms))
-                    {
-                        for (to, from) in to.iter_mut().zip(from) {
-                            *to += factor * from;
-                        }
+                    match &mut formula {
+                        Formula::Extended(sum) => extended::add(sum, weight, node),
+                        Formula::Perez(perez) => perez.push(weight, node),
                     }
-                    frame.weights[k] = if blended { 1.0 } else { weight };
-                    frame.corners = k + 1;
                 }
             }
         }
-        Ok(frame)
+        let (sin_sun, cos_sun) = conditions.sun_zenith.radians().sin_cos();
+        let horizon = horizon_zenith(conditions.observer_altitude);
+        Ok(SkyFrame {
+            formula,
+            radii: Radii::at(conditions.observer_altitude),
+            sin_sun: single(sin_sun),
+            cos_sun: single(cos_sun),
+            cos_horizon: single(horizon.radians().cos()),
+        })
     }
 }
 
@@ -198,32 +203,8 @@ impl SkyFrame {
     pub fn yxy(&self, direction: &SkyDirection) -> Option<Yxy> {
         let (sin_view, cos_view) = single(direction.view_zenith.radians()).sin_cos();
         let (sin_azimuth, cos_azimuth) = single(direction.relative_azimuth.radians()).sin_cos();
-        // a hair below the horizon is the horizon: f32 resolves 1e-7 in the cosine
-        if cos_view < self.cos_horizon - 2e-7 {
-            return None;
-        }
-        let mu = cos_view * self.cos_sun + sin_view * self.sin_sun * cos_azimuth;
-        // atan2 of cross and dot keeps angles near the sun
-        let cross = [
-            sin_view * sin_azimuth * self.cos_sun,
-            cos_view * self.sin_sun - sin_view * cos_azimuth * self.cos_sun,
-            sin_view * sin_azimuth * self.sin_sun,
-        ];
-        let gamma = (cross[0] * cross[0] + cross[1] * cross[1] + cross[2] * cross[2])
-            .sqrt()
-            .atan2(mu);
-        let [luminance, x, y] = match self.form {
-            Form::Extended => {
-                let basis = extended::basis(cos_view, self.radii, gamma, mu.clamp(-1.0, 1.0));
-                let [ln_luminance, x, y] = self.coefficients[0]
-                    .map(|c| c.iter().zip(&basis).map(|(c, b)| c * b).sum::<f32>());
-                [ln_luminance.exp(), x, y]
-            }
-            Form::PerezReport => self.blend(1.0 / cos_view.max(0.0), gamma),
-            Form::PerezSpherical => {
-                self.blend(chapman_air_mass_f32(cos_view, self.radii[0]), gamma)
-            }
-        };
+        let [luminance, x, y] =
+            self.light([sin_view * cos_azimuth, sin_view * sin_azimuth, cos_view])?;
         Some(Yxy {
             luminance_cd_m2: luminance.into(),
             x: x.into(),
@@ -231,9 +212,82 @@ impl SkyFrame {
         })
     }
 
-    /// Perez's formula at each corner, blended by the table's rule.
-    fn blend(&self, air_mass: f32, gamma: f32) -> [f32; 3] {
-        let sun_zenith = self.sin_sun.atan2(self.cos_sun);
+    /// Luminance \[cd·m⁻²\], x and y from a direction, `None` below the geometric horizon.
+    ///
+    /// The direction is a unit vector: z points up, and the sun stands in the plane of x and z on
+    /// the side of positive x. The twin of the shader's function.
+    #[must_use]
+    pub fn light(&self, direction: [f32; 3]) -> Option<[f32; 3]> {
+        let cosine = direction[2];
+        // a hair below the horizon is the horizon: f32 resolves 1e-7 in the cosine
+        if cosine < self.cos_horizon - 2e-7 {
+            return None;
+        }
+        let (gamma, mu) = angle_from_sun(direction, [self.sin_sun, self.cos_sun]);
+        Some(match &self.formula {
+            Formula::Extended(coefficients) => {
+                extended::light(coefficients, &extended::basis(cosine, self.radii, gamma, mu))
+            }
+            Formula::Perez(perez) => {
+                let air_mass = if perez.plane_parallel {
+                    1.0 / cosine.max(0.0)
+                } else {
+                    chapman_air_mass_f32(cosine, self.radii.scale_heights[0])
+                };
+                perez.light(air_mass, gamma, angle(self.sin_sun, self.cos_sun))
+            }
+        })
+    }
+
+    /// The formula and its coefficients.
+    #[must_use]
+    pub const fn formula(&self) -> &Formula {
+        &self.formula
+    }
+
+    /// What the air masses need of the altitude.
+    #[must_use]
+    pub const fn radii(&self) -> Radii {
+        self.radii
+    }
+
+    /// Sine and cosine of the sun's zenith angle.
+    #[must_use]
+    pub const fn sun(&self) -> [f32; 2] {
+        [self.sin_sun, self.cos_sun]
+    }
+
+    /// Cosine of the geometric horizon's zenith angle.
+    #[must_use]
+    pub const fn cos_horizon(&self) -> f32 {
+        self.cos_horizon
+    }
+}
+
+/// The angle between a direction and the sun \[rad\] and its cosine; the sun as sine and cosine of
+/// its zenith angle.
+#[must_use]
+pub(crate) fn angle_from_sun(direction: [f32; 3], [sin_sun, cos_sun]: [f32; 2]) -> (f32, f32) {
+    let [x, y, z] = direction;
+    let mu = x * sin_sun + z * cos_sun;
+    // the cross product keeps angles near the sun
+    let across = z * sin_sun - x * cos_sun;
+    let sine = (y * y + across * across).sqrt();
+    (angle(sine, mu), mu)
+}
+
+impl PerezFrame {
+    fn push(&mut self, weight: f32, node: &[f32]) {
+        let to = &mut self.coefficients[self.corners];
+        for (to, from) in to.iter_mut().zip(node.chunks_exact(PEREZ_TERMS)) {
+            to.copy_from_slice(from);
+        }
+        self.weights[self.corners] = weight;
+        self.corners += 1;
+    }
+
+    /// Perez's formula at each node, blended by the table's rule.
+    fn light(&self, air_mass: f32, gamma: f32, sun_zenith: f32) -> [f32; 3] {
         let mut sum = [0.0_f64; 3];
         for (weight, channels) in self
             .weights
@@ -264,11 +318,8 @@ impl SkyFrame {
             Interpolation::LogLinear => [sum[0].exp(), sum[1], sum[2]].map(single),
             Interpolation::ReportLagrange => {
                 let [red, green, blue] = sum;
-                let light = yxy_from_xyz(xyz_from_linear_srgb(crate::color::LinearSrgb {
-                    red,
-                    green,
-                    blue,
-                }));
+                let light =
+                    yxy_from_xyz(xyz_from_linear_srgb(LinearSrgb { red, green, blue }));
                 [light.luminance_cd_m2, light.x, light.y].map(single)
             }
         }
@@ -277,8 +328,8 @@ impl SkyFrame {
 
 /// Perez's F from the values of a channel (zenith, A–E), the twin of
 /// [`crate::perez::PerezCoefficients::relative_luminance`] in `f32`.
-fn perez(c: &[f32; MOST_TERMS], air_mass: f32, gamma: f32) -> f32 {
-    let [_, a, b, c, d, e, ..] = *c;
+fn perez(c: &[f32; PEREZ_TERMS], air_mass: f32, gamma: f32) -> f32 {
+    let [_, a, b, c, d, e] = *c;
     let exponent = if b == 0.0 { 0.0 } else { b * air_mass };
     let cos_gamma = gamma.cos();
     (1.0 + a * exponent.exp()) * (1.0 + c * (d * gamma).exp() + e * cos_gamma * cos_gamma)
