@@ -36,6 +36,8 @@ pub enum Command {
     Beam(BeamArgs),
     /// Write the sky's Yxy by direction, as the look-up table gives it
     Sky(SkyArgs),
+    /// Write transmittance and in-scattered light of finite paths
+    Segment(SegmentArgs),
     /// Compute maps on a grid, fit them, and write the look-up table and the report
     Generate(GenerateArgs),
     /// Write the report on a look-up table as one HTML page
@@ -112,6 +114,9 @@ pub enum Engine {
     /// Closed-form transmittances, single-scattering pattern
     Smarts,
 }
+
+/// The four ways to give the haze.
+const HAZE: [&str; 4] = ["turbidity", "aod500", "visual_range_km", "angstrom_beta"];
 
 /// The haze, in one of four ways. Commands decide whether one of them is needed.
 #[derive(Clone, Copy, Debug, Args)]
@@ -234,7 +239,7 @@ pub struct ProfileArgs {
 #[derive(Debug, Args)]
 #[command(
     group(ArgGroup::new("haze").required(true)
-        .args(["turbidity", "aod500", "visual_range_km", "angstrom_beta"])),
+        .args(HAZE)),
     after_help = "Example:
   utm-sky optics --aod500 0.2 --out optics.csv --solar solar.csv"
 )]
@@ -308,7 +313,7 @@ pub struct MapArgs {
 #[derive(Debug, Args)]
 #[command(
     group(ArgGroup::new("haze").required(true)
-        .args(["turbidity", "aod500", "visual_range_km", "angstrom_beta"])),
+        .args(HAZE)),
     after_help = "Example:
   utm-sky beam --altitude-km 0 --aod500 0.084 --sun-zenith-deg 48.2 --out beam.csv"
 )]
@@ -359,12 +364,27 @@ fn lut_source(text: &str) -> Result<LutSource, std::convert::Infallible> {
 #[derive(Debug, Args)]
 #[command(
     group(ArgGroup::new("haze").required(true)
-        .args(["turbidity", "aod500", "visual_range_km", "angstrom_beta"])),
+        .args(HAZE)),
     after_help = "Example:
   utm-sky sky --lut embedded --altitude-km 6 --turbidity 2 --sun-zenith-deg 60 \\
       --directions directions.csv --out yxy.csv"
 )]
 pub struct SkyArgs {
+    /// Table, observer, sun and haze.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Directions of view, azimuth 0 facing the sun; without it the zenith and nine rings of 30
+    #[arg(long, value_name = "CSV", help = DIRECTIONS_HELP)]
+    pub directions: Option<PathBuf>,
+    /// Luminance and chromaticity by direction
+    #[arg(long, value_name = "CSV")]
+    pub out: PathBuf,
+}
+
+/// What the runtime needs to know: table, observer, sun and haze.
+#[derive(Clone, Debug, Args)]
+#[group(skip)]
+pub struct SceneArgs {
     /// Look-up table: a .utmlut file or the built-in one
     #[arg(long, value_name = "FILE|embedded", default_value = "embedded", value_parser = lut_source)]
     pub lut: LutSource,
@@ -378,10 +398,40 @@ pub struct SkyArgs {
     #[arg(long, value_name = "ALPHA", value_parser = within(-1.0, 4.0), requires = "angstrom_beta",
           allow_negative_numbers = true, help_heading = "Haze (one of)")]
     pub angstrom_alpha: Option<f64>,
-    /// Directions of view, azimuth 0 facing the sun; without it the zenith and nine rings of 30
-    #[arg(long, value_name = "CSV", help = DIRECTIONS_HELP)]
-    pub directions: Option<PathBuf>,
-    /// Luminance and chromaticity by direction
+}
+
+/// Which aerial perspective.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Aerial {
+    /// From the table and the extinction of its air
+    #[default]
+    Default,
+    /// As in the report of 2005, with its misprints mended
+    Utm2005,
+}
+
+/// Arguments of `utm-sky segment`.
+#[derive(Debug, Args)]
+#[command(
+    group(ArgGroup::new("haze").required(true).args(HAZE)),
+    after_help = "Example:
+  utm-sky segment --altitude-km 3 --turbidity 2 --sun-zenith-deg 60 \\
+      --segments segments.csv --out paths.csv
+
+A path is a straight ray over a sphere of 6371 km. Transmittances are those of sunlight in linear
+sRGB and luminance; in-scattered light is what the air of the path adds."
+)]
+pub struct SegmentArgs {
+    /// Table, observer, sun and haze.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Paths: CSV with view_zenith_deg,relative_azimuth_deg (0 faces the sun),distance_km
+    #[arg(long, value_name = "CSV")]
+    pub segments: PathBuf,
+    /// Which aerial perspective
+    #[arg(long, value_enum, default_value_t)]
+    pub aerial: Aerial,
+    /// The same columns, transmittances and in-scattered light
     #[arg(long, value_name = "CSV")]
     pub out: PathBuf,
 }

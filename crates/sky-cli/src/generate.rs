@@ -8,6 +8,7 @@ use anyhow::{Result, anyhow};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Deserialize;
 use sky_core::axis::Axis;
+use sky_core::extinction::Extinction;
 use sky_core::lut::{
     CHANNELS, ErrorQuantiles, FitStatistics, Form, Interpolation, Lut, LutHeader, Storage,
 };
@@ -89,13 +90,13 @@ pub fn run(args: &GenerateArgs) -> Result<()> {
     let truth = TransportSky::new(profile.clone(), settings.clone(), DEFAULT_GROUND_ALBEDO)?;
     let (lut, sweep) = match args.engine {
         Engine::Transport => {
-            let (lut, sweep) = bake(&truth, &grid, &args.profile)?;
+            let (lut, sweep) = bake(&truth, &grid, &args.profile, truth.extinction()?)?;
             (lut, Some(sweep))
         }
         // what this table is judged by is the truth all the same
         Engine::Smarts => {
             let smarts = SmartsSkyModel::new(profile, settings, DEFAULT_GROUND_ALBEDO)?;
-            (bake(&smarts, &grid, &args.profile)?.0, None)
+            (bake(&smarts, &grid, &args.profile, truth.extinction()?)?.0, None)
         }
     };
     let (bytes, csv) = (lut.encode(), lut.to_csv_string());
@@ -109,7 +110,12 @@ pub fn run(args: &GenerateArgs) -> Result<()> {
 ///
 /// # Errors
 /// When a cell cannot be fitted; the cell is named.
-pub fn bake(truth: &dyn SkyModel, grid: &Grid, profile: &Path) -> Result<(Lut, Sweep)> {
+pub fn bake(
+    truth: &dyn SkyModel,
+    grid: &Grid,
+    profile: &Path,
+    extinction: Extinction,
+) -> Result<(Lut, Sweep)> {
     let bar = progress("sky maps", grid.maps());
     let sweep = sweep(truth, grid, &|| bar.inc(1))?;
     bar.finish_and_clear();
@@ -137,6 +143,7 @@ pub fn bake(truth: &dyn SkyModel, grid: &Grid, profile: &Path) -> Result<(Lut, S
             ("wavelength_step_nm".to_owned(), MAP_STEP_NM.into()),
         ]),
         fit: FitStatistics::default(),
+        extinction: Some(extinction),
         domain: Domain {
             altitude_km: grid.altitude_km.bounds(),
             turbidity: grid.turbidity.bounds(),

@@ -9,6 +9,7 @@ pub mod atmosphere;
 pub mod beam;
 pub mod engine;
 pub mod evaluate;
+pub mod extinction;
 pub mod files;
 pub mod generate;
 pub mod lut_commands;
@@ -16,6 +17,8 @@ pub mod map;
 pub mod optics;
 pub mod profile;
 pub mod report;
+pub mod scene;
+pub mod segment;
 pub mod sky;
 pub mod table_io;
 pub mod truth;
@@ -66,6 +69,7 @@ fn dispatch(command: &Command) -> anyhow::Result<()> {
         Command::Map(args) => map::run(args),
         Command::Beam(args) => beam::run(args),
         Command::Sky(args) => sky::run(args),
+        Command::Segment(args) => segment::run(args),
         Command::Generate(args) => generate::run(args),
         Command::Report(args) => report::run(args),
         Command::Lut(args) => lut_commands::run(args),

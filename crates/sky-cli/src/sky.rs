@@ -1,13 +1,10 @@
 //! `utm-sky sky`: the look-up table's answer by direction.
 
 use anyhow::{Result, anyhow};
-use sky_core::quantity::{Angle, Length};
-use sky_core::sky_model::Conditions;
-use sky_core::utm_sky::UtmSky;
 
 use crate::args::SkyArgs;
 use crate::files::OutputFile;
-use crate::lut_commands::{load, source_name};
+use crate::scene::Scene;
 use crate::table_io::{DirectionTable, yxy_map_csv};
 
 /// Runs the command.
@@ -17,19 +14,7 @@ use crate::table_io::{DirectionTable, yxy_map_csv};
 /// cannot be written.
 pub fn run(args: &SkyArgs) -> Result<()> {
     let directions = DirectionTable::read_or_report(args.directions.as_deref())?;
-    let sky = UtmSky::new(load(&args.lut)?);
-    let haze = args
-        .haze
-        .haze(args.angstrom_alpha)
-        .ok_or_else(|| anyhow!("haze: expected one of --turbidity, --aod500, --visual-range-km"))?;
-    let conditions = Conditions {
-        observer_altitude: Length::from_km(args.place.altitude_km),
-        turbidity: haze.turbidity()?,
-        sun_zenith: Angle::from_degrees(args.place.sun_zenith_deg),
-    };
-    let frame = sky
-        .frame(&conditions)
-        .map_err(|e| anyhow!("{}: {e}", source_name(&args.lut)))?;
+    let frame = Scene::open(&args.scene)?.frame()?;
     let map = directions
         .directions
         .iter()

@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use anyhow::Result;
 use sky_core::color::ColorWeights;
 use sky_core::direction::SkyDirection;
+use sky_core::extinction::Extinction;
 use sky_core::haze::Haze;
 use sky_core::sky_model::{Conditions, Domain, OutsideDomain, SkyModel, Yxy};
 use sky_core::spectrum::Spectrum;
@@ -15,6 +16,8 @@ use sky_sim::profile::AtmosphereProfile;
 use sky_sim::smarts::SmartsSky;
 use sky_sim::solar::SolarSpectrum;
 use sky_sim::transport::{Transport, TransportSettings};
+
+use crate::extinction;
 
 /// Albedo of the ground where none is given.
 pub const DEFAULT_GROUND_ALBEDO: f64 = 0.2;
@@ -149,6 +152,14 @@ impl TransportSky {
     #[must_use]
     pub const fn settings(&self) -> &OpticsSettings {
         &self.air.settings
+    }
+
+    /// The extinction of its air, as a table carries it.
+    ///
+    /// # Errors
+    /// When it cannot be reduced.
+    pub fn extinction(&self) -> Result<Extinction> {
+        extinction::reduce(&self.air.profile, &self.air.settings)
     }
 
     /// Albedo of the ground.

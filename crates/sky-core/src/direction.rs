@@ -3,6 +3,7 @@
 //! Directions point from the observer. Zenith angles may exceed 90°: at altitude the sky goes on
 //! down to the geometric horizon.
 
+use crate::extended::single;
 use crate::quantity::{Angle, EARTH_RADIUS_KM, Length};
 
 /// A direction of view: zenith angle, and azimuth relative to the sun (0 faces the sun).
@@ -22,6 +23,15 @@ impl SkyDirection {
             view_zenith: Angle::from_degrees(view_zenith_deg),
             relative_azimuth: Angle::from_degrees(relative_azimuth_deg),
         }
+    }
+
+    /// As a unit vector: z points up, the sun stands in the plane of x and z, on the side of
+    /// positive x.
+    #[must_use]
+    pub fn unit_vector(&self) -> [f32; 3] {
+        let (sin_view, cos_view) = single(self.view_zenith.radians()).sin_cos();
+        let (sin_azimuth, cos_azimuth) = single(self.relative_azimuth.radians()).sin_cos();
+        [sin_view * cos_azimuth, sin_view * sin_azimuth, cos_view]
     }
 
     /// Cosine of the scattering angle γ between this direction and the sun.

@@ -187,7 +187,9 @@ pub fn basis_in(direction: &SkyDirection, conditions: &Conditions) -> [f32; TERM
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "the runtime works in f32")]
-pub(crate) const fn single(x: f64) -> f32 {
+/// To the precision of the runtime.
+#[must_use]
+pub const fn single(x: f64) -> f32 {
     x as f32
 }
 

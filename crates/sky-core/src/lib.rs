@@ -4,11 +4,13 @@
 //! files, no threads, no clock. Out of scope: radiative transfer (`sky-sim`), fitting (`sky-fit`),
 //! pixels (`sky-gpu`).
 
+pub mod aerial;
 pub mod air_mass;
 pub mod axis;
 pub mod color;
 pub mod direction;
 pub mod extended;
+pub mod extinction;
 pub mod haze;
 pub mod lut;
 pub mod metrics;

@@ -34,6 +34,7 @@ use std::fmt::Write as _;
 use serde::{Deserialize, Serialize};
 
 use crate::axis::Axis;
+use crate::extinction::{Extinction, LEVELS};
 use crate::sky_model::Domain;
 
 /// First bytes of every file.
@@ -183,6 +184,9 @@ pub struct LutHeader {
     pub settings: BTreeMap<String, serde_json::Value>,
     /// Errors of the fit.
     pub fit: FitStatistics,
+    /// Extinction of the atmosphere, for aerial perspective and the sun's light.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub extinction: Option<Extinction>,
     /// Where the table is valid; lies within the axes.
     pub domain: Domain,
 }
@@ -251,6 +255,9 @@ impl LutHeader {
                     expected,
                 });
             }
+        }
+        if self.extinction.as_ref().is_some_and(|e| !e.is_valid()) {
+            return Err(LutError::Extinction);
         }
         for (what, q) in [
             ("delta_e_2000", &self.fit.delta_e_2000),
@@ -365,6 +372,9 @@ pub enum LutError {
         /// The value.
         found: f64,
     },
+    /// An extinction that is none.
+    #[error("header: extinction: expected finite numbers that are not negative and {LEVELS} levels, found others")]
+    Extinction,
     /// More values than a file can hold.
     #[error("header: {} x {} x {} nodes: expected fewer than 2^30 values", shape[0], shape[1], shape[2])]
     TooLarge {

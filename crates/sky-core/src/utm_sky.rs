@@ -64,7 +64,7 @@ pub struct PerezFrame {
 }
 
 /// Place of a turbidity for interpolation: light grows like the logarithm of the haze.
-fn haze_coordinate(turbidity: f64) -> f64 {
+pub(crate) fn haze_coordinate(turbidity: f64) -> f64 {
     (turbidity - 0.7).ln()
 }
 
@@ -109,14 +109,14 @@ impl UtmSky {
             &header.sun_zenith_deg,
         );
         let layers = match header.interpolation {
-            Interpolation::LogLinear => two(cell(altitude, altitude_km, |h| h)),
+            Interpolation::LogLinear => two(altitude, altitude_km, |h| h),
             Interpolation::ReportLagrange => lagrange(altitude, altitude_km),
         };
-        let hazes = two(match header.interpolation {
-            Interpolation::LogLinear => cell(turbidity, conditions.turbidity, haze_coordinate),
-            Interpolation::ReportLagrange => cell(turbidity, conditions.turbidity, |t| t),
-        });
-        let suns = two(cell(sun, conditions.sun_zenith.degrees(), |s| s));
+        let hazes = match header.interpolation {
+            Interpolation::LogLinear => two_in(turbidity, conditions.turbidity, haze_coordinate),
+            Interpolation::ReportLagrange => two_in(turbidity, conditions.turbidity, |t| t),
+        };
+        let suns = two_in(sun, conditions.sun_zenith.degrees(), |s| s);
         let mut formula = match header.form {
             Form::Extended => Formula::Extended(Coefficients::default()),
             Form::PerezReport | Form::PerezSpherical => Formula::Perez(PerezFrame {
@@ -176,13 +176,19 @@ fn cell(axis: &Axis, value: f64, coordinate: impl Fn(f64) -> f64) -> Cell {
     )
 }
 
-fn two(c: Cell) -> [(usize, f64); 4] {
-    [
-        (c.lower, 1.0 - c.fraction),
-        (c.lower + 1, c.fraction),
-        (0, 0.0),
-        (0, 0.0),
-    ]
+/// The two nodes around a value and their weights.
+pub(crate) fn two_in(
+    axis: &Axis,
+    value: f64,
+    coordinate: impl Fn(f64) -> f64,
+) -> [(usize, f64); 2] {
+    let c = cell(axis, value, coordinate);
+    [(c.lower, 1.0 - c.fraction), (c.lower + 1, c.fraction)]
+}
+
+fn two(axis: &Axis, value: f64, coordinate: impl Fn(f64) -> f64) -> [(usize, f64); 4] {
+    let [lower, upper] = two_in(axis, value, coordinate);
+    [lower, upper, (0, 0.0), (0, 0.0)]
 }
 
 /// The report's rule: the four nodes nearest to the cell and Lagrange's weights.
@@ -190,7 +196,7 @@ fn lagrange(axis: &Axis, value: f64) -> [(usize, f64); 4] {
     let nodes = axis.nodes();
     let c = cell(axis, value, |h| h);
     if nodes.len() < 4 {
-        return two(c);
+        return two(axis, value, |h| h);
     }
     let first = c.lower.saturating_sub(1).min(nodes.len() - 4);
     let weights = lagrange_weights(&four_from(nodes, first), value);
@@ -201,10 +207,7 @@ impl SkyFrame {
     /// The light from a direction, `None` below the geometric horizon.
     #[must_use]
     pub fn yxy(&self, direction: &SkyDirection) -> Option<Yxy> {
-        let (sin_view, cos_view) = single(direction.view_zenith.radians()).sin_cos();
-        let (sin_azimuth, cos_azimuth) = single(direction.relative_azimuth.radians()).sin_cos();
-        let [luminance, x, y] =
-            self.light([sin_view * cos_azimuth, sin_view * sin_azimuth, cos_view])?;
+        let [luminance, x, y] = self.light(direction.unit_vector())?;
         Some(Yxy {
             luminance_cd_m2: luminance.into(),
             x: x.into(),

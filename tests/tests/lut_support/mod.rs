@@ -45,6 +45,7 @@ pub(crate) fn header(
             ("ground_albedo".to_owned(), 0.2.into()),
             ("wavelength_step_nm".to_owned(), 10.into()),
         ]),
+        extinction: None,
         fit: FitStatistics {
             delta_e_2000: errors(0.25),
             luminance_relative_error: errors(0.011),

@@ -312,9 +312,9 @@ pub fn write_report(
         None => (node_maps(truth, &header)?, Vec::new()),
     };
     let bar = spinner("report: the report's own table");
-    let (seed, _) = bake(truth, &Grid::report()?, profile)?;
+    let (seed, _) = bake(truth, &Grid::report()?, profile, truth.extinction()?)?;
     bar.set_message("report: Perez's five coefficients");
-    let (perez, _) = bake(truth, &Grid::perez()?, profile)?;
+    let (perez, _) = bake(truth, &Grid::perez()?, profile, truth.extinction()?)?;
     bar.set_message("report: wavelengths");
     let wavelengths = wavelengths::convergence(truth, &wavelengths::CONDITIONS)?;
     bar.set_message("report: held-out cases and pictures");

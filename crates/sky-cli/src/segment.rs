@@ -1,0 +1,71 @@
+//! `utm-sky segment`: transmittance and in-scattered light of finite paths.
+
+use std::fmt::Write as _;
+
+use anyhow::{Result, anyhow, bail};
+use sky_core::aerial::{AerialFrame, AerialPath, path_meets_ground};
+use sky_core::color::{LinearSrgb, xyz_from_linear_srgb, yxy_from_xyz};
+use sky_core::direction::SkyDirection;
+use sky_core::extended::single;
+use sky_sim::table::{ColumnSpec, Table};
+
+use crate::args::{Aerial, SegmentArgs};
+use crate::files::{OutputFile, read_text};
+use crate::scene::Scene;
+
+const COLUMNS: [ColumnSpec; 3] = [
+    ColumnSpec::required("view_zenith_deg", [0.0, 180.0]),
+    ColumnSpec::required("relative_azimuth_deg", [-360.0, 360.0]),
+    ColumnSpec::required("distance_km", [0.0, 1000.0]),
+];
+
+/// Runs the command.
+///
+/// # Errors
+/// When an input is wrong, the table cannot answer, a path ends in the ground, or the output cannot
+/// be written.
+pub fn run(args: &SegmentArgs) -> Result<()> {
+    let name = args.segments.display().to_string();
+    let table = Table::read(&name, &read_text(&args.segments)?, &COLUMNS, 1)?;
+    let scene = Scene::open(&args.scene)?;
+    let conditions = &scene.conditions;
+    let frame = scene.frame()?;
+    let air = AerialFrame::new(&scene.sky, conditions.turbidity, conditions.sun_zenith)
+        .map_err(|e| anyhow!("{}: {e}", scene.source))?;
+    let out = OutputFile::create(&args.out)?;
+    let mut text = String::from(
+        "view_zenith_deg,relative_azimuth_deg,distance_km,transmittance_r,transmittance_g,\
+         transmittance_b,transmittance_y,inscatter_luminance_cd_m2,inscatter_x,inscatter_y\n",
+    );
+    let (zeniths, azimuths, distances) = (table.column(0), table.column(1), table.column(2));
+    for (i, ((zenith, azimuth), distance)) in zeniths.iter().zip(azimuths).zip(distances).enumerate() {
+        let direction = SkyDirection::from_degrees(*zenith, *azimuth).unit_vector();
+        let altitude_km = single(conditions.observer_altitude.km());
+        let distance_km = single(*distance);
+        if path_meets_ground(altitude_km, direction, distance_km) {
+            bail!(
+                "{name}: path {}: distance_km: expected a point above the ground, found {distance}",
+                i + 1
+            );
+        }
+        let path = match args.aerial {
+            Aerial::Default => air.path(altitude_km, direction, distance_km),
+            Aerial::Utm2005 => air.path_utm2005(&frame, altitude_km, direction, distance_km),
+        };
+        write_row(&mut text, [*zenith, *azimuth, *distance], &path)?;
+    }
+    out.commit(text.as_bytes())?;
+    Ok(())
+}
+
+fn write_row(text: &mut String, place: [f64; 3], path: &AerialPath) -> Result<()> {
+    let [red, green, blue] = path.inscatter.map(f64::from);
+    let light = yxy_from_xyz(xyz_from_linear_srgb(LinearSrgb { red, green, blue }));
+    let [r, g, b, y] = path.transmittance;
+    writeln!(
+        text,
+        "{},{},{},{r},{g},{b},{y},{},{},{}",
+        place[0], place[1], place[2], light.luminance_cd_m2, light.x, light.y
+    )?;
+    Ok(())
+}
