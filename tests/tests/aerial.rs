@@ -17,7 +17,12 @@ use sky_sim::solar::SolarSpectrum;
 /// Fractional part of multiples of irrational numbers: even, repeatable cover of a cube.
 fn even(i: u32, dimension: usize) -> f64 {
     const STEPS: [f64; 6] = [
-        0.754_877_666, 0.569_840_290, 0.438_579_021, 0.324_717_957, 0.245_122_333, 0.819_172_513,
+        0.754_877_666,
+        0.569_840_290,
+        0.438_579_021,
+        0.324_717_957,
+        0.245_122_333,
+        0.819_172_513,
     ];
     (0.5 + f64::from(i) * STEPS[dimension]).fract()
 }
@@ -86,7 +91,11 @@ fn at_object(case: &Case) -> (Length, Angle, SkyDirection) {
     };
     let ((cos_view, view), (cos_sun, sun)) = (level(d), level(sun));
     let lengths = (dot(view, view) * dot(sun, sun)).sqrt();
-    let cos_azimuth = if lengths > 0.0 { dot(view, sun) / lengths } else { 1.0 };
+    let cos_azimuth = if lengths > 0.0 {
+        dot(view, sun) / lengths
+    } else {
+        1.0
+    };
     (
         Length::from_km(there - EARTH_RADIUS_KM),
         Angle::from_radians(cos_sun.clamp(-1.0, 1.0).acos()),
@@ -166,7 +175,9 @@ fn finite_paths_meet_the_transport_engine() {
         let solved = truth.solved(c.turbidity);
         let near = solved.radiance_ratio(c.observer_altitude, c.sun_zenith, &[case.direction]);
         let far = solved.radiance_ratio(altitude, sun_zenith, &[direction]);
-        let scattered: Vec<f64> = (0..near.len()).map(|w| near[w] - through[w] * far[w]).collect();
+        let scattered: Vec<f64> = (0..near.len())
+            .map(|w| near[w] - through[w] * far[w])
+            .collect();
         let scattered_y = weights.xyz(&scattered).y;
         let horizon = SkyDirection {
             view_zenith: Angle::from_degrees(89.5),
@@ -195,8 +206,14 @@ fn finite_paths_meet_the_transport_engine() {
         }
         println!(
             "{i:3} h {h:5.2} T {:4.2} sun {:4.1} view {:5.1} az {:5.1} s {s:6.1} end {:5.2}: T {through_y:.4} err {:.4} in {scattered_y:8.1} err {:.4} ({:.4})",
-            c.turbidity, c.sun_zenith.degrees(), case.direction.view_zenith.degrees(),
-            case.direction.relative_azimuth.degrees(), altitude.km(), row[0], row[2], row[3],
+            c.turbidity,
+            c.sun_zenith.degrees(),
+            case.direction.view_zenith.degrees(),
+            case.direction.relative_azimuth.degrees(),
+            altitude.km(),
+            row[0],
+            row[2],
+            row[3],
         );
     }
     let [t, t2005, inscatter, inscatter2005] = errors.map(p95);

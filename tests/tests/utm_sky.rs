@@ -55,7 +55,13 @@ fn the_table_that_ships_is_small_and_reproduced_to_the_byte() {
         EMBEDDED_LUT.len()
     );
     let grid = Grid::extended().expect("the default grid");
-    let (lut, _) = bake(&*TRUTH, &grid, Path::new("general"), TRUTH.extinction().expect("optics")).expect("a table");
+    let (lut, _) = bake(
+        &*TRUTH,
+        &grid,
+        Path::new("general"),
+        TRUTH.extinction().expect("optics"),
+    )
+    .expect("a table");
     assert!(
         lut.encode() == EMBEDDED_LUT,
         "luts/default.utmlut is not what generate makes"
@@ -80,7 +86,13 @@ fn between_the_nodes_the_table_meets_the_transport_engine() {
 #[test]
 fn the_report_s_rule_turns_light_negative() {
     let grid = Grid::report().expect("the report's grid");
-    let (lut, sweep) = bake(&*TRUTH, &grid, Path::new("general"), TRUTH.extinction().expect("optics")).expect("a table");
+    let (lut, sweep) = bake(
+        &*TRUTH,
+        &grid,
+        Path::new("general"),
+        TRUTH.extinction().expect("optics"),
+    )
+    .expect("a table");
     assert_eq!(lut.header().shape(), [5, 3, 3]);
     assert!(sweep.nodes.iter().all(|n| n.channels.len() == 3));
     let sky = UtmSky::new(lut);

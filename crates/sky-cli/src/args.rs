@@ -38,6 +38,14 @@ pub enum Command {
     Sky(SkyArgs),
     /// Write transmittance and in-scattered light of finite paths
     Segment(SegmentArgs),
+    /// Draw a picture: sky, sun, ground or terrain
+    Render(RenderArgs),
+    /// Print what a scene is lit with: sun, sky, spherical harmonics
+    Light(LightArgs),
+    /// Time the ways to draw a sky
+    BenchGpu(BenchGpuArgs),
+    /// Write the shaders in another language, with the table
+    ExportShaders(ExportShadersArgs),
     /// Compute maps on a grid, fit them, and write the look-up table and the report
     Generate(GenerateArgs),
     /// Write the report on a look-up table as one HTML page
@@ -433,6 +441,232 @@ pub struct SegmentArgs {
     pub aerial: Aerial,
     /// The same columns, transmittances and in-scattered light
     #[arg(long, value_name = "CSV")]
+    pub out: PathBuf,
+}
+
+/// A way to project the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ProjectionKind {
+    /// As a camera sees it
+    Perspective,
+    /// The upper half of the sky as a disc
+    Fisheye,
+    /// All directions, azimuth across and elevation up
+    Equirect,
+}
+
+/// How the sky is drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum TierKind {
+    /// A dome of 271 corners, blended between them
+    Vertex,
+    /// The formula at every pixel
+    #[default]
+    Fragment,
+    /// A small texture, one fetch a pixel
+    Baked,
+}
+
+/// What stands under the sky.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum SceneKind {
+    /// The bare ground below the horizon
+    #[default]
+    None,
+    /// Ridges over several hundred kilometers
+    Terrain,
+}
+
+/// Who draws.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Backend {
+    /// wgpu: Vulkan, Metal or Direct3D 12
+    #[default]
+    Gpu,
+    /// The evaluator on the CPU
+    Cpu,
+}
+
+/// Tone curve by name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum ToneKind {
+    /// Linear up to white
+    None,
+    /// x/(1 + x) on luminance
+    Reinhard,
+    /// A rational curve like the ACES reference rendering
+    Aces,
+    /// Khronos PBR Neutral
+    #[default]
+    Neutral,
+}
+
+/// Width and height from `WxH`.
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let expected = || format!("expected WIDTHxHEIGHT, 1 to 8192 pixels a side, found {text:?}");
+    let (w, h) = text.split_once('x').ok_or_else(expected)?;
+    let side = |t: &str| t.parse().ok().filter(|s| (1..=8192).contains(s));
+    match (side(w), side(h)) {
+        (Some(w), Some(h)) => Ok([w, h]),
+        _ => Err(expected()),
+    }
+}
+
+/// Azimuth and elevation from `AZ,EL` \[deg\].
+fn look(text: &str) -> Result<[f64; 2], String> {
+    let expected = || format!("expected AZIMUTH,ELEVATION in degrees, found {text:?}");
+    let (az, el) = text.split_once(',').ok_or_else(expected)?;
+    match (az.trim().parse(), el.trim().parse()) {
+        (Ok(az), Ok(el))
+            if (-360.0..=360.0_f64).contains(&az) && (-90.0..=90.0_f64).contains(&el) =>
+        {
+            Ok([az, el])
+        }
+        _ => Err(expected()),
+    }
+}
+
+/// An exposure value, `None` for automatic.
+fn ev100(text: &str) -> Result<Ev100, String> {
+    match text.parse::<f32>() {
+        _ if text == "auto" => Ok(Ev100(None)),
+        Ok(value) if (-20.0..=40.0).contains(&value) => Ok(Ev100(Some(value))),
+        _ => Err(format!(
+            "expected auto or a number from -20 to 40, found {text:?}"
+        )),
+    }
+}
+
+/// An exposure value at ISO 100; `None` is automatic.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ev100(pub Option<f32>);
+
+/// Arguments of `utm-sky render`.
+#[derive(Debug, Args)]
+#[command(
+    group(ArgGroup::new("haze").required(true).args(HAZE)),
+    after_help = "Examples:
+  utm-sky render --altitude-km 0.1 --turbidity 2.5 --sun-zenith-deg 80 --out evening.png
+  utm-sky render --altitude-km 12 --visual-range-km 60 --sun-zenith-deg 60 --scene terrain \\
+      --look 30,-5 --fov-deg 70 --size 1920x1080 --out flight.png
+  utm-sky render --altitude-km 20 --turbidity 1.5 --sun-zenith-deg 92 --projection fisheye \\
+      --size 800x800 --backend cpu --out twilight.exr
+
+Azimuths are clockwise from north. A PNG is 8-bit sRGB; an EXR holds linear sRGB in cd/m2."
+)]
+pub struct RenderArgs {
+    /// Table, observer, sun and haze.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Azimuth of the sun, clockwise from north [deg]
+    #[arg(long, value_name = "DEG", default_value_t = 180.0, value_parser = within(-360.0, 360.0),
+          allow_negative_numbers = true)]
+    pub sun_azimuth_deg: f64,
+    /// Projection
+    #[arg(long, value_enum, default_value = "perspective")]
+    pub projection: ProjectionKind,
+    /// Pixels
+    #[arg(long, value_name = "WxH", default_value = "960x540", value_parser = size)]
+    pub size: [u32; 2],
+    /// Where the camera looks, azimuth from north and elevation [deg]; without it toward the sun's
+    /// azimuth, 10 above the horizontal
+    #[arg(long, value_name = "AZ,EL", value_parser = look, allow_hyphen_values = true)]
+    pub look: Option<[f64; 2]>,
+    /// Vertical field of view of a perspective picture [deg]
+    #[arg(long, value_name = "DEG", default_value_t = 60.0, value_parser = within(1.0, 170.0))]
+    pub fov_deg: f64,
+    /// How the sky is drawn (GPU)
+    #[arg(long, value_enum, default_value_t)]
+    pub tier: TierKind,
+    /// What stands under the sky
+    #[arg(long = "scene", value_enum, default_value_t)]
+    pub scenery: SceneKind,
+    /// Leave the air between camera and scene out
+    #[arg(long)]
+    pub no_aerial: bool,
+    /// Who draws
+    #[arg(long, value_enum, default_value_t)]
+    pub backend: Backend,
+    /// Exposure value at ISO 100, or auto
+    #[arg(long, value_name = "E|auto", default_value = "auto", value_parser = ev100,
+          allow_hyphen_values = true)]
+    pub ev100: Ev100,
+    /// Tone curve of a PNG
+    #[arg(long, value_enum, default_value_t)]
+    pub tone: ToneKind,
+    /// Picture: .png or .exr
+    #[arg(long, value_name = "FILE")]
+    pub out: PathBuf,
+}
+
+/// Arguments of `utm-sky light`.
+#[derive(Debug, Args)]
+#[command(
+    group(ArgGroup::new("haze").required(true).args(HAZE)),
+    after_help = "Example:
+  utm-sky light --altitude-km 3 --turbidity 2 --sun-zenith-deg 60
+
+Prints JSON: sunlight on a plane facing the sun, skylight on a horizontal plane, light of the ground,
+and sky and ground as nine spherical harmonics (x toward the sun's azimuth, z up)."
+)]
+pub struct LightArgs {
+    /// Table, observer, sun and haze.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Albedo of the ground
+    #[arg(long, value_name = "A", default_value_t = 0.2, value_parser = within(0.0, 1.0))]
+    pub albedo: f64,
+}
+
+/// Arguments of `utm-sky bench-gpu`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:
+  utm-sky bench-gpu --size 1920x1080 --out bench.csv
+
+Times are of render passes on a 16-bit float target, by the GPU's own clock where it has one. The sky
+fills the picture. With composite, a scene 50 km away covers its lower half.")]
+pub struct BenchGpuArgs {
+    /// Pixels
+    #[arg(long, value_name = "WxH", default_value = "1920x1080", value_parser = size)]
+    pub size: [u32; 2],
+    /// Frames a case, taken in turn
+    #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub frames: u32,
+    /// Times
+    #[arg(long, value_name = "CSV")]
+    pub out: PathBuf,
+}
+
+/// A language that shaders are translated to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ShaderTarget {
+    /// GLSL 4.50
+    Glsl,
+    /// GLSL ES 3.00 (WebGL2)
+    GlslEs,
+    /// HLSL, shader model 5.1
+    Hlsl,
+    /// Metal 2.0
+    Msl,
+    /// SPIR-V 1.3
+    Spirv,
+}
+
+/// Arguments of `utm-sky export-shaders`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:
+  utm-sky export-shaders --target glsl-es --out shaders-es
+
+Writes every entry point, the table as plain floats (sky.bin) and a header that documents it (sky.h).")]
+pub struct ExportShadersArgs {
+    /// Language
+    #[arg(long, value_enum)]
+    pub target: ShaderTarget,
+    /// Look-up table: a .utmlut file or the built-in one
+    #[arg(long, value_name = "FILE|embedded", default_value = "embedded", value_parser = lut_source)]
+    pub lut: LutSource,
+    /// Directory
+    #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
 }
 

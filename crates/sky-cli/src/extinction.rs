@@ -51,21 +51,30 @@ pub fn reduce(profile: &AtmosphereProfile, settings: &OpticsSettings) -> Result<
         core::array::from_fn(|w| scattering[w] + absorption[w])
     };
     let densest = |table: &dyn Fn(usize) -> [f64; 4]| -> [f64; 4] {
-        levels.iter().map(|&l| table(l)).fold([0.0; 4], |best, here| {
-            if here[2] > best[2] { here } else { best }
-        })
+        levels.iter().map(|&l| table(l)).fold(
+            [0.0; 4],
+            |best, here| {
+                if here[2] > best[2] { here } else { best }
+            },
+        )
     };
     let relative = |here: [f64; 4], reference: [f64; 4]| {
         let (sum, whole) = (here.iter().sum::<f64>(), reference.iter().sum::<f64>());
-        if whole > 0.0 { rounded(sum / whole) } else { 0.0 }
+        if whole > 0.0 {
+            rounded(sum / whole)
+        } else {
+            0.0
+        }
     };
     let rayleigh = |l: usize| at(&thin.rayleigh_scattering_per_km, l);
     let gas = |l: usize| at(&thin.gas_absorption_per_km, l);
     let layer = |l: usize| aerosol(&thin, l);
     let (ground_air, most_gas, most_layer) = (rayleigh(levels[0]), densest(&gas), densest(&layer));
     let (thick_ground, thin_ground) = (aerosol(&thick, levels[0]), aerosol(&thin, levels[0]));
+    let (weights, sun) = channel_weights(profile, settings)?;
     Ok(Extinction {
-        weights: channel_weights(profile, settings)?,
+        sun_rgb_lx: sun.map(rounded),
+        weights,
         rayleigh_per_km: ground_air.map(rounded),
         gas_per_km: most_gas.map(rounded),
         haze_per_km: core::array::from_fn(|w| rounded(thick_ground[w] - thin_ground[w])),
@@ -111,8 +120,11 @@ fn layer_optical_depth_500(constituents: Constituents) -> f64 {
 }
 
 /// Shares of the four wavelengths in the transmittances of red, green, blue and luminance of
-/// sunlight: least squares over paths of all lengths.
-fn channel_weights(profile: &AtmosphereProfile, settings: &OpticsSettings) -> Result<[[f64; 4]; 4]> {
+/// sunlight, by least squares over paths of all lengths; and the sunlight itself in linear sRGB \[lx\].
+fn channel_weights(
+    profile: &AtmosphereProfile,
+    settings: &OpticsSettings,
+) -> Result<([[f64; 4]; 4], [f64; 3])> {
     let sun = SolarSpectrum::g173();
     let sun = Spectrum::new(sun.wavelength_nm, sun.irradiance_w_m2_nm)?;
     let fine = OpticsSettings::with_step_nm(10)?.wavelength_nm;
@@ -181,7 +193,11 @@ fn channel_weights(profile: &AtmosphereProfile, settings: &OpticsSettings) -> Re
         let clear = ([1.0; 4], [1.0; 4]);
         for (i, (at_four, exact)) in core::iter::once(&clear).chain(&rows).enumerate() {
             let target = exact[channel];
-            let scale = if i == 0 { CLEAR } else { 1.0 / target.max(FAINT) };
+            let scale = if i == 0 {
+                CLEAR
+            } else {
+                1.0 / target.max(FAINT)
+            };
             for a in 0..4 {
                 right[a] += scale * scale * at_four[a] * target;
                 for b in 0..4 {
@@ -196,5 +212,5 @@ fn channel_weights(profile: &AtmosphereProfile, settings: &OpticsSettings) -> Re
             *to = rounded(*from);
         }
     }
-    Ok(weights)
+    Ok((weights, [whole[0], whole[1], whole[2]]))
 }

@@ -96,7 +96,10 @@ pub fn run(args: &GenerateArgs) -> Result<()> {
         // what this table is judged by is the truth all the same
         Engine::Smarts => {
             let smarts = SmartsSkyModel::new(profile, settings, DEFAULT_GROUND_ALBEDO)?;
-            (bake(&smarts, &grid, &args.profile, truth.extinction()?)?.0, None)
+            (
+                bake(&smarts, &grid, &args.profile, truth.extinction()?)?.0,
+                None,
+            )
         }
     };
     let (bytes, csv) = (lut.encode(), lut.to_csv_string());

@@ -7,20 +7,25 @@
 pub mod args;
 pub mod atmosphere;
 pub mod beam;
+pub mod bench_gpu;
 pub mod engine;
 pub mod evaluate;
+pub mod export_shaders;
 pub mod extinction;
 pub mod files;
 pub mod generate;
+pub mod light;
 pub mod lut_commands;
 pub mod map;
 pub mod optics;
 pub mod profile;
+pub mod render;
 pub mod report;
 pub mod scene;
 pub mod segment;
 pub mod sky;
 pub mod table_io;
+pub mod terrain;
 pub mod truth;
 
 use std::ffi::OsString;
@@ -70,6 +75,10 @@ fn dispatch(command: &Command) -> anyhow::Result<()> {
         Command::Beam(args) => beam::run(args),
         Command::Sky(args) => sky::run(args),
         Command::Segment(args) => segment::run(args),
+        Command::Render(args) => render::run(args),
+        Command::Light(args) => light::run(args),
+        Command::BenchGpu(args) => bench_gpu::run(args),
+        Command::ExportShaders(args) => export_shaders::run(args),
         Command::Generate(args) => generate::run(args),
         Command::Report(args) => report::run(args),
         Command::Lut(args) => lut_commands::run(args),

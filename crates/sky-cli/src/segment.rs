@@ -38,7 +38,9 @@ pub fn run(args: &SegmentArgs) -> Result<()> {
          transmittance_b,transmittance_y,inscatter_luminance_cd_m2,inscatter_x,inscatter_y\n",
     );
     let (zeniths, azimuths, distances) = (table.column(0), table.column(1), table.column(2));
-    for (i, ((zenith, azimuth), distance)) in zeniths.iter().zip(azimuths).zip(distances).enumerate() {
+    for (i, ((zenith, azimuth), distance)) in
+        zeniths.iter().zip(azimuths).zip(distances).enumerate()
+    {
         let direction = SkyDirection::from_degrees(*zenith, *azimuth).unit_vector();
         let altitude_km = single(conditions.observer_altitude.km());
         let distance_km = single(*distance);

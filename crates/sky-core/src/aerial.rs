@@ -12,16 +12,22 @@
 //!
 //! Simplifications: no refraction; one sun zenith angle for the whole path. Out of scope: clouds.
 
-use crate::extended::{self, Coefficients, Radii, angle, single};
 use crate::color::LINEAR_SRGB_FROM_XYZ;
-use crate::extinction::{LEVEL_STEP_KM, LEVELS};
-use crate::lut::Form;
+use crate::extended::{self, Coefficients, Radii, angle, single};
+use crate::extinction::{Extinction, LEVEL_STEP_KM, LEVELS};
+use crate::lut::{Form, LutHeader};
 use crate::quantity::{Angle, EARTH_RADIUS_KM, Length};
 use crate::sky_model::{Conditions, OutsideDomain};
 use crate::utm_sky::{SkyFrame, UtmSky, angle_from_sun, haze_coordinate, two_in};
 
 /// Sections of a path, shorter near its lower end, where the haze is.
 const SECTIONS: u8 = 4;
+
+/// Sections of a path to space.
+const SPACE_SECTIONS: u8 = 8;
+
+/// Where the air ends \[km\].
+const SPACE_KM: f32 = 100.0;
 
 /// Altitude nodes that a frame can hold.
 pub const MOST_LAYERS: usize = 16;
@@ -78,6 +84,8 @@ pub struct AerialFrame {
     /// Logarithm of the air's relative density, relative densities of gas and stratospheric aerosol,
     /// at levels 2 km apart.
     pub levels: [[f32; 4]; LEVELS],
+    /// Sunlight outside the atmosphere in linear sRGB \[lx\].
+    pub sun_rgb: [f32; 3],
     /// One over the scale height of the haze \[km⁻¹\].
     pub haze_per_scale_height: f32,
 }
@@ -100,21 +108,34 @@ struct Place {
 }
 
 impl AerialFrame {
+    /// Whether a table has all that is needed.
+    ///
+    /// # Errors
+    /// When it is not of the extended form, lacks the extinction or has too many altitudes.
+    pub fn check(sky: &UtmSky) -> Result<(&LutHeader, &Extinction), AerialError> {
+        let header = sky.lut().header();
+        if header.form != Form::Extended {
+            return Err(AerialError::Form { found: header.form });
+        }
+        let found = header.altitude_km.len();
+        if found > MOST_LAYERS {
+            return Err(AerialError::Altitudes { found });
+        }
+        let extinction = header
+            .extinction
+            .as_ref()
+            .ok_or(AerialError::NoExtinction)?;
+        Ok((header, extinction))
+    }
+
     /// Gathers what depends on haze and sun.
     ///
     /// # Errors
     /// When the table is not of the extended form or lacks the extinction, or haze or sun lie outside
     /// its domain.
     pub fn new(sky: &UtmSky, turbidity: f64, sun_zenith: Angle) -> Result<Self, AerialError> {
-        let header = sky.lut().header();
-        if header.form != Form::Extended {
-            return Err(AerialError::Form { found: header.form });
-        }
-        let extinction = header.extinction.as_ref().ok_or(AerialError::NoExtinction)?;
+        let (header, extinction) = Self::check(sky)?;
         let nodes = header.altitude_km.nodes();
-        if nodes.len() > MOST_LAYERS {
-            return Err(AerialError::Altitudes { found: nodes.len() });
-        }
         header.domain.check(&Conditions {
             observer_altitude: Length::from_km(header.domain.altitude_km[0]),
             turbidity,
@@ -150,6 +171,7 @@ impl AerialFrame {
                 .map(|c| c.map(single)),
             weights: extinction.weights.map(|w| w.map(single)),
             levels,
+            sun_rgb: extinction.sun_rgb_lx.map(single),
             haze_per_scale_height: single(extinction.haze_scale_height_km.recip()),
         })
     }
@@ -175,8 +197,8 @@ impl AerialFrame {
             let mut upper = start;
             let mut upper_sky = self.mirrored_sky(upper, mu);
             for i in (0..SECTIONS).rev() {
-                let lower = along(start, lowest * (1.0 - section_end(i)));
-                let length = lowest * (section_end(i + 1) - section_end(i));
+                let lower = along(start, lowest * (1.0 - section_end(i, SECTIONS)));
+                let length = lowest * (section_end(i + 1, SECTIONS) - section_end(i, SECTIONS));
                 let section = self.optical_depth(upper, lower, length);
                 let lower_sky = self.mirrored_sky(lower, mu);
                 self.add(&mut light, depth, section, lower_sky, upper_sky);
@@ -186,20 +208,14 @@ impl AerialFrame {
         }
         let rise = distance_km - lowest;
         if rise > 0.0 {
-            let mut section = [0.0; 4];
-            let mut lower = bottom;
-            for i in 0..SECTIONS {
-                let upper = along(bottom, rise * section_end(i + 1));
-                let length = rise * (section_end(i + 1) - section_end(i));
-                section = add(section, self.optical_depth(lower, upper, length));
-                lower = upper;
-            }
+            let section = self.rising_depth(bottom, rise, SECTIONS);
+            let end = along(bottom, rise);
             self.add(
                 &mut light,
                 depth,
                 section,
                 self.sky(bottom, sun_angle),
-                self.sky(lower, sun_angle),
+                self.sky(end, sun_angle),
             );
             depth = add(depth, section);
         }
@@ -242,6 +258,59 @@ impl AerialFrame {
         }
     }
 
+    /// Transmittance of red, green, blue and luminance from an altitude to space in a direction above
+    /// the geometric horizon.
+    #[must_use]
+    pub fn transmittance_to_space(&self, altitude_km: f32, cosine: f32) -> [f32; 4] {
+        let start = Place {
+            altitude_km,
+            cosine,
+        };
+        let lowest = (-(RADIUS_KM + altitude_km) * cosine).max(0.0);
+        let bottom = along(start, lowest);
+        // from the lowest point to the top: h (h + 2 r) of a right triangle, without cancellation
+        let radius = RADIUS_KM + bottom.altitude_km;
+        let rise = (SPACE_KM - bottom.altitude_km).max(0.0);
+        let half = radius * bottom.cosine.max(0.0);
+        let up = rise * (rise + 2.0 * radius)
+            / (half + (half * half + rise * (rise + 2.0 * radius)).sqrt());
+        let mut depth = self.rising_depth(bottom, up, SPACE_SECTIONS);
+        if lowest > 0.0 {
+            let back = Place {
+                cosine: 0.0,
+                ..bottom
+            };
+            depth = add(depth, self.rising_depth(back, lowest, SECTIONS));
+        }
+        self.transmittance(depth)
+    }
+
+    /// Sunlight on a plane facing the sun in linear sRGB \[lx\], black below the horizon.
+    #[must_use]
+    pub fn sunlight(&self, altitude_km: f32, cos_horizon: f32) -> [f32; 3] {
+        if self.sun[1] < cos_horizon {
+            return [0.0; 3];
+        }
+        let through = self.transmittance_to_space(altitude_km, self.sun[1]);
+        core::array::from_fn(|c| self.sun_rgb[c] * through[c])
+    }
+
+    /// Optical depths of a ray that rises from its lowest point.
+    fn rising_depth(&self, bottom: Place, length_km: f32, sections: u8) -> [f32; 4] {
+        let mut depth = [0.0; 4];
+        let mut lower = bottom;
+        for i in 0..sections {
+            let (start, end) = (section_end(i, sections), section_end(i + 1, sections));
+            let upper = along(bottom, length_km * end);
+            depth = add(
+                depth,
+                self.optical_depth(lower, upper, length_km * (end - start)),
+            );
+            lower = upper;
+        }
+        depth
+    }
+
     /// Adds a section's light: what its lower end sees of it, seen through what lies before.
     fn add(
         &self,
@@ -261,8 +330,7 @@ impl AerialFrame {
     /// Transmittance of red, green, blue and luminance for optical depths at the four wavelengths.
     fn transmittance(&self, depth: [f32; 4]) -> [f32; 4] {
         let through = depth.map(|d| (-d).exp());
-        self.weights
-            .map(|w| dot(w, through).clamp(0.0, 1.0))
+        self.weights.map(|w| dot(w, through).clamp(0.0, 1.0))
     }
 
     /// Optical depths at the four wavelengths between two points of a ray.
@@ -356,6 +424,14 @@ fn molecular_scattering(mu: f32) -> f32 {
     0.75 * (1.0 + mu * mu) + SCATTERED_BEFORE
 }
 
+/// Distance to the ground in a direction below the geometric horizon \[km\].
+#[must_use]
+pub fn distance_to_ground(altitude_km: f32, cosine: f32) -> f32 {
+    let down = -(RADIUS_KM + altitude_km) * cosine;
+    let tangent = altitude_km * (altitude_km + 2.0 * RADIUS_KM);
+    tangent / (down + (down * down - tangent).max(0.0).sqrt()).max(1e-6)
+}
+
 /// Whether a ray from an altitude meets the ground before a distance.
 #[must_use]
 pub fn path_meets_ground(altitude_km: f32, direction: [f32; 3], distance_km: f32) -> bool {
@@ -369,8 +445,8 @@ pub fn path_meets_ground(altitude_km: f32, direction: [f32; 3], distance_km: f32
 }
 
 /// End of a section as a share of the path from its lower end.
-fn section_end(section: u8) -> f32 {
-    let share = f32::from(section) / f32::from(SECTIONS);
+fn section_end(section: u8, sections: u8) -> f32 {
+    let share = f32::from(section) / f32::from(sections);
     share * share
 }
 
@@ -401,11 +477,11 @@ fn mean_of_exponential(start: f32, middle: f32, end: f32) -> f32 {
     mean * (start.max(end) + bend * 4.0 / (36.0 + x * x).sqrt()).exp()
 }
 
-fn linear_srgb([luminance, x, y]: [f32; 3]) -> [f32; 3] {
+/// Linear sRGB from luminance and chromaticity.
+pub(crate) fn linear_srgb([luminance, x, y]: [f32; 3]) -> [f32; 3] {
     let scale = luminance / y;
     let xyz = [x * scale, luminance, (1.0 - x - y) * scale];
-    LINEAR_SRGB_FROM_XYZ
-        .map(|row| row.iter().zip(xyz).map(|(m, c)| single(*m) * c).sum())
+    LINEAR_SRGB_FROM_XYZ.map(|row| row.iter().zip(xyz).map(|(m, c)| single(*m) * c).sum())
 }
 
 fn dot(a: [f32; 4], b: [f32; 4]) -> f32 {

@@ -46,8 +46,12 @@ impl Radii {
     /// At an altitude.
     #[must_use]
     pub fn at(observer_altitude: Length) -> Self {
-        let scale_heights = SCALE_HEIGHTS_KM
-            .map(|h| single(radius_in_scale_heights(observer_altitude, Length::from_km(h))));
+        let scale_heights = SCALE_HEIGHTS_KM.map(|h| {
+            single(radius_in_scale_heights(
+                observer_altitude,
+                Length::from_km(h),
+            ))
+        });
         Self {
             scale_heights,
             roots: scale_heights.map(|x| (0.5 * x).sqrt()),
@@ -219,7 +223,10 @@ mod tests {
         for i in 0..=3141_u16 {
             let exact = f64::from(i) / 1000.0;
             let found = f64::from(angle(single(exact.sin().abs()), single(exact.cos())));
-            assert!((found - exact).abs() <= 1e-6 * exact.max(0.3), "{exact}: {found}");
+            assert!(
+                (found - exact).abs() <= 1e-6 * exact.max(0.3),
+                "{exact}: {found}"
+            );
         }
         assert!(angle(0.0, 1.0).abs() < 1e-9);
         assert!((angle(0.0, -1.0) - core::f32::consts::PI).abs() < 1e-6);

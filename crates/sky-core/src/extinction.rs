@@ -34,6 +34,8 @@ pub fn level_altitudes_km() -> impl Iterator<Item = f64> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Extinction {
+    /// Sunlight outside the atmosphere, in linear sRGB \[lx\].
+    pub sun_rgb_lx: [f64; 3],
     /// Share of each wavelength in red, green, blue and luminance; a row sums to 1.
     pub weights: [[f64; 4]; 4],
     /// Rayleigh scattering coefficient at the ground \[km⁻¹\].
@@ -69,6 +71,7 @@ impl Extinction {
             .into_iter()
             .flatten()
             .all(not_negative)
+            && self.sun_rgb_lx.iter().all(not_negative)
             && self.weights.iter().flatten().all(|w| w.is_finite())
             && not_negative(&self.layer_optical_depth_500)
             && self.haze_scale_height_km > 0.0

@@ -373,7 +373,9 @@ pub enum LutError {
         found: f64,
     },
     /// An extinction that is none.
-    #[error("header: extinction: expected finite numbers that are not negative and {LEVELS} levels, found others")]
+    #[error(
+        "header: extinction: expected finite numbers that are not negative and {LEVELS} levels, found others"
+    )]
     Extinction,
     /// More values than a file can hold.
     #[error("header: {} x {} x {} nodes: expected fewer than 2^30 values", shape[0], shape[1], shape[2])]

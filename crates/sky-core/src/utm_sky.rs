@@ -4,9 +4,12 @@
 //! direction is one formula in `f32` without allocation ([`SkyFrame::yxy`]), the twin of the shader.
 //! Out of scope: the sun's disc and the ground.
 
+use crate::aerial::linear_srgb;
 use crate::air_mass::chapman_air_mass_f32;
 use crate::axis::{Axis, Cell, four_from, lagrange_weights};
-use crate::color::{LinearSrgb, linear_srgb_from_xyz, xyz_from_linear_srgb, xyz_from_yxy, yxy_from_xyz};
+use crate::color::{
+    LinearSrgb, linear_srgb_from_xyz, xyz_from_linear_srgb, xyz_from_yxy, yxy_from_xyz,
+};
 use crate::direction::{SkyDirection, horizon_zenith};
 use crate::extended::{self, Coefficients, Radii, angle, single};
 use crate::lut::{Form, Interpolation, Lut, LutError};
@@ -228,9 +231,10 @@ impl SkyFrame {
         }
         let (gamma, mu) = angle_from_sun(direction, [self.sin_sun, self.cos_sun]);
         Some(match &self.formula {
-            Formula::Extended(coefficients) => {
-                extended::light(coefficients, &extended::basis(cosine, self.radii, gamma, mu))
-            }
+            Formula::Extended(coefficients) => extended::light(
+                coefficients,
+                &extended::basis(cosine, self.radii, gamma, mu),
+            ),
             Formula::Perez(perez) => {
                 let air_mass = if perez.plane_parallel {
                     1.0 / cosine.max(0.0)
@@ -240,6 +244,12 @@ impl SkyFrame {
                 perez.light(air_mass, gamma, angle(self.sin_sun, self.cos_sun))
             }
         })
+    }
+
+    /// Linear sRGB \[cd·m⁻²\] from a direction, `None` below the geometric horizon.
+    #[must_use]
+    pub fn linear_srgb(&self, direction: [f32; 3]) -> Option<[f32; 3]> {
+        self.light(direction).map(linear_srgb)
     }
 
     /// The formula and its coefficients.
@@ -321,8 +331,7 @@ impl PerezFrame {
             Interpolation::LogLinear => [sum[0].exp(), sum[1], sum[2]].map(single),
             Interpolation::ReportLagrange => {
                 let [red, green, blue] = sum;
-                let light =
-                    yxy_from_xyz(xyz_from_linear_srgb(LinearSrgb { red, green, blue }));
+                let light = yxy_from_xyz(xyz_from_linear_srgb(LinearSrgb { red, green, blue }));
                 [light.luminance_cd_m2, light.x, light.y].map(single)
             }
         }

@@ -1,0 +1,393 @@
+//! `utm-sky render`: pictures of the sky without a window, by GPU or CPU.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use anyhow::{Context as _, Result, anyhow, bail};
+use glam::{Mat3, Vec3};
+use image::{ExtendedColorType, ImageEncoder as _};
+use rayon::prelude::*;
+use sky_core::extended::single;
+use sky_core::picture::Picture;
+use sky_core::quantity::Angle;
+use sky_core::sky_model::Conditions;
+use sky_core::tonemap::{Tone, dither, encoded, exposure_from_ev100, tone_mapped};
+use sky_core::utm_sky::UtmSky;
+use sky_gpu::headless::{Headless, LARGEST_SIDE};
+use sky_gpu::{Camera, Dome, Exposure, Projection, SkyFrame, SkyRenderer, Tier, auto_ev100};
+
+use crate::args::{Backend, ProjectionKind, RenderArgs, SceneKind, TierKind, ToneKind};
+use crate::files::OutputFile;
+use crate::scene::Scene;
+use crate::terrain::{SceneBuffers, terrain};
+
+/// Albedo of the ground of the default table.
+pub const GROUND_ALBEDO: f32 = 0.2;
+
+/// Everything that decides a picture.
+#[derive(Clone, Debug)]
+pub struct Shot {
+    /// Observer, haze and sun.
+    pub conditions: Conditions,
+    /// Azimuth of the sun, clockwise from north.
+    pub sun_azimuth: Angle,
+    /// The camera.
+    pub camera: Camera,
+    /// Pixels across and down.
+    pub size: [u32; 2],
+    /// Exposure value at ISO 100; `None` is automatic.
+    pub ev100: Option<f32>,
+    /// Tone curve; `None` leaves linear light in cd·m⁻².
+    pub tone: Option<Tone>,
+    /// How the GPU draws the sky.
+    pub tier: Tier,
+    /// What stands under the sky.
+    pub scenery: SceneKind,
+    /// Whether the air between camera and scene is drawn.
+    pub aerial: bool,
+}
+
+/// A picture: 8-bit sRGB, or linear light.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Pixels {
+    /// Red, green, blue.
+    Srgb8(Vec<u8>),
+    /// Linear sRGB \[cd·m⁻²\].
+    Linear(Vec<f32>),
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When an input is wrong, there is no GPU, or the picture cannot be written.
+pub fn run(args: &RenderArgs) -> Result<()> {
+    let is_exr = match args.out.extension().and_then(|e| e.to_str()) {
+        Some("png") => false,
+        Some("exr") => true,
+        _ => bail!(
+            "--out: expected a name ending in .png or .exr, found {}",
+            args.out.display()
+        ),
+    };
+    let scene = Scene::open(&args.scene)?;
+    let shot = shot(args, &scene.conditions, is_exr);
+    let out = OutputFile::create(&args.out)?;
+    let pixels = match args.backend {
+        Backend::Cpu => draw_on_cpu(&scene.sky, &shot),
+        Backend::Gpu => Headless::new()
+            .map_err(Into::into)
+            .and_then(|gpu| draw_on_gpu(&gpu, &scene.sky, &shot)),
+    }
+    .with_context(|| scene.source.clone())
+    .map_err(|e| anyhow!("{e:#}"))?;
+    out.commit(&file_bytes(&pixels, shot.size)?)?;
+    Ok(())
+}
+
+fn shot(args: &RenderArgs, conditions: &Conditions, linear: bool) -> Shot {
+    let [azimuth, elevation] = args.look.unwrap_or([args.sun_azimuth_deg, 10.0]);
+    let [width, height] = args.size;
+    let aspect = pixels(width) / pixels(height);
+    let camera = match args.projection {
+        ProjectionKind::Perspective => Camera {
+            depth_is_distance: true,
+            ..Camera::perspective(
+                single(Angle::from_degrees(args.fov_deg).radians()),
+                aspect,
+                looking(azimuth, elevation),
+            )
+        },
+        ProjectionKind::Fisheye => {
+            Camera::panorama(Projection::Fisheye { aspect }, facing(azimuth))
+        }
+        ProjectionKind::Equirect => Camera::panorama(Projection::Equirectangular, facing(azimuth)),
+    };
+    Shot {
+        conditions: *conditions,
+        sun_azimuth: Angle::from_degrees(args.sun_azimuth_deg),
+        camera,
+        size: args.size,
+        ev100: args.ev100.0,
+        tone: (!linear).then_some(tone(args.tone)),
+        tier: tier(args.tier),
+        scenery: args.scenery,
+        aerial: !args.no_aerial,
+    }
+}
+
+/// The tone curve of a name.
+#[must_use]
+pub const fn tone(kind: ToneKind) -> Tone {
+    match kind {
+        ToneKind::None => Tone::None,
+        ToneKind::Reinhard => Tone::Reinhard,
+        ToneKind::Aces => Tone::Aces,
+        ToneKind::Neutral => Tone::Neutral,
+    }
+}
+
+/// The tier of a name.
+#[must_use]
+pub const fn tier(kind: TierKind) -> Tier {
+    match kind {
+        TierKind::Vertex => Tier::Vertex(Dome::REPORT),
+        TierKind::Fragment => Tier::Fragment,
+        TierKind::Baked => Tier::Baked,
+    }
+}
+
+/// Whole numbers of pixels as a number.
+pub(crate) fn pixels(count: u32) -> f32 {
+    u16::try_from(count).map_or(65535.0, f32::from)
+}
+
+/// East, north, up: a direction from azimuth (clockwise from north) and elevation.
+#[must_use]
+pub fn world_direction(azimuth: Angle, elevation: Angle) -> Vec3 {
+    let (sin_a, cos_a) = single(azimuth.radians()).sin_cos();
+    let (sin_e, cos_e) = single(elevation.radians()).sin_cos();
+    Vec3::new(sin_a * cos_e, cos_a * cos_e, sin_e)
+}
+
+/// A view that looks in a direction: rows right, up, backward.
+#[must_use]
+pub fn looking(azimuth_deg: f64, elevation_deg: f64) -> Mat3 {
+    let azimuth = Angle::from_degrees(azimuth_deg);
+    let forward = world_direction(azimuth, Angle::from_degrees(elevation_deg));
+    let right = world_direction(Angle::from_degrees(azimuth_deg + 90.0), Angle::ZERO);
+    Mat3::from_cols(right, right.cross(forward), -forward).transpose()
+}
+
+/// A panorama's view: rows right, forward, up.
+#[must_use]
+pub fn facing(azimuth_deg: f64) -> Mat3 {
+    let forward = world_direction(Angle::from_degrees(azimuth_deg), Angle::ZERO);
+    let right = world_direction(Angle::from_degrees(azimuth_deg + 90.0), Angle::ZERO);
+    Mat3::from_cols(right, forward, Vec3::Z).transpose()
+}
+
+impl Shot {
+    /// The renderer's frame.
+    #[must_use]
+    pub fn frame(&self) -> SkyFrame {
+        let elevation = Angle::from_degrees(90.0 - self.conditions.sun_zenith.degrees());
+        SkyFrame {
+            observer_altitude: self.conditions.observer_altitude,
+            turbidity: self.conditions.turbidity,
+            sun: world_direction(self.sun_azimuth, elevation),
+            up: Vec3::Z,
+            ground_albedo: GROUND_ALBEDO,
+            exposure: match (self.tone, self.ev100) {
+                (None, _) => Exposure::None,
+                (_, Some(ev100)) => Exposure::Ev100(ev100),
+                (_, None) => Exposure::Auto,
+            },
+            tone: self.tone,
+        }
+    }
+
+    /// The world direction of a pixel; `None` outside a fisheye's disc.
+    #[must_use]
+    pub fn direction(&self, x: u32, y: u32) -> Option<Vec3> {
+        let [width, height] = self.size.map(pixels);
+        self.camera.direction([
+            (pixels(x) + 0.5) / width * 2.0 - 1.0,
+            1.0 - (pixels(y) + 0.5) / height * 2.0,
+        ])
+    }
+}
+
+/// The pixels by the evaluator.
+///
+/// # Errors
+/// When the conditions lie outside the domain or the size cannot be drawn.
+pub fn draw_on_cpu(sky: &UtmSky, shot: &Shot) -> Result<Pixels> {
+    let [width, height] = shot.size;
+    let fits = |side| (1..=LARGEST_SIDE).contains(&side);
+    if !fits(width) || !fits(height) {
+        bail!("size: expected 1 to {LARGEST_SIDE} pixels a side, found {width}x{height}");
+    }
+    let picture = Picture::new(sky, &shot.conditions, GROUND_ALBEDO)?;
+    let axes = shot.frame().local_axes();
+    let scene = scene_buffers(&picture, shot, axes);
+    let exposure = match (shot.tone, shot.ev100) {
+        (None, _) => 1.0,
+        (_, ev100) => exposure_from_ev100(ev100.unwrap_or_else(|| auto_ev100(&picture))),
+    };
+    let lights: Vec<[f32; 3]> = (0..height)
+        .into_par_iter()
+        .flat_map_iter(|y| (0..width).map(move |x| (x, y)))
+        .map(|(x, y)| {
+            let Some(world) = shot.direction(x, y) else {
+                return [0.0; 3];
+            };
+            let local = axes.map(|axis| axis.dot(world));
+            let object = scene.as_ref().and_then(|s| s.at(x, y));
+            object.map_or_else(
+                || picture.color(local),
+                |(light, distance_km)| {
+                    if shot.aerial {
+                        picture.behind_air(local, distance_km, light)
+                    } else {
+                        light
+                    }
+                },
+            )
+        })
+        .collect();
+    Ok(match shot.tone {
+        None => Pixels::Linear(lights.into_iter().flatten().collect()),
+        Some(tone) => Pixels::Srgb8(
+            lights
+                .into_iter()
+                .enumerate()
+                .flat_map(|(i, light)| {
+                    let i = u32::try_from(i).unwrap_or(0);
+                    let noise = dither(i % width, i / width) / 255.0;
+                    tone_mapped(light.map(|c| c * exposure), tone).map(|c| byte(encoded(c) + noise))
+                })
+                .collect(),
+        ),
+    })
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "clamped to 0..255"
+)]
+fn byte(value: f32) -> u8 {
+    (value * 255.0).round().clamp(0.0, 255.0) as u8
+}
+
+fn scene_buffers(picture: &Picture, shot: &Shot, axes: [Vec3; 3]) -> Option<SceneBuffers> {
+    match shot.scenery {
+        SceneKind::None => None,
+        SceneKind::Terrain => Some(terrain(picture, shot, axes)),
+    }
+}
+
+/// The pixels by the GPU.
+///
+/// # Errors
+/// When the conditions lie outside the domain, the size cannot be drawn or the device is lost.
+pub fn draw_on_gpu(gpu: &Headless, sky: &UtmSky, shot: &Shot) -> Result<Pixels> {
+    let format = if shot.tone.is_some() {
+        wgpu::TextureFormat::Rgba8Unorm
+    } else {
+        wgpu::TextureFormat::Rgba32Float
+    };
+    let target = gpu.target(shot.size, format)?;
+    let mut renderer = SkyRenderer::new(&gpu.device, sky.lut(), format)?;
+    let frame = shot.frame();
+    let picture = renderer.update(&gpu.queue, &frame)?;
+    let scene = scene_buffers(picture, shot, frame.local_axes());
+    if let Tier::Vertex(dome) = shot.tier {
+        renderer.set_dome(dome);
+    }
+    renderer.set_camera(&gpu.queue, 0, &shot.camera);
+    let view = target.create_view(&wgpu::TextureViewDescriptor::default());
+    let bound = scene
+        .as_ref()
+        .filter(|_| shot.aerial)
+        .map(|scene| bind_scene(gpu, &renderer, scene, shot.size))
+        .transpose()?;
+    let mut encoder = gpu
+        .device
+        .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    renderer.prepare(&mut encoder, shot.tier);
+    let mut pass = Headless::pass(&mut encoder, &view, None);
+    renderer.draw(&mut pass, 0, shot.tier);
+    if let Some(bound) = &bound {
+        renderer.composite(&mut pass, 0, bound);
+    }
+    drop(pass);
+    gpu.queue.submit([encoder.finish()]);
+    let bytes = gpu.read(&target)?;
+    Ok(if shot.tone.is_some() {
+        Pixels::Srgb8(
+            bytes
+                .chunks_exact(4)
+                .flat_map(|p| [p[0], p[1], p[2]])
+                .collect(),
+        )
+    } else {
+        let number = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
+        Pixels::Linear(
+            bytes
+                .chunks_exact(16)
+                .flat_map(|p| [number(&p[..4]), number(&p[4..8]), number(&p[8..12])])
+                .collect(),
+        )
+    })
+}
+
+/// Uploads a scene's light and distances.
+///
+/// # Errors
+/// When the size cannot be drawn.
+pub fn bind_scene(
+    gpu: &Headless,
+    renderer: &SkyRenderer,
+    scene: &SceneBuffers,
+    size: [u32; 2],
+) -> Result<wgpu::BindGroup> {
+    let upload = |format, bytes: &[u8], row: u32| -> Result<wgpu::TextureView> {
+        let texture = gpu.target(size, format)?;
+        gpu.queue.write_texture(
+            texture.as_image_copy(),
+            bytes,
+            wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(row * size[0]),
+                rows_per_image: None,
+            },
+            texture.size(),
+        );
+        Ok(texture.create_view(&wgpu::TextureViewDescriptor::default()))
+    };
+    let bytes = |values: &[f32]| {
+        values
+            .iter()
+            .flat_map(|v| v.to_le_bytes())
+            .collect::<Vec<_>>()
+    };
+    let color = upload(wgpu::TextureFormat::Rgba32Float, &bytes(&scene.light), 16)?;
+    let depth = upload(wgpu::TextureFormat::R32Float, &bytes(&scene.distance_km), 4)?;
+    Ok(renderer.scene(&gpu.device, &color, &depth))
+}
+
+/// The bytes of a PNG or EXR file.
+///
+/// # Errors
+/// When the picture cannot be encoded.
+pub fn file_bytes(pixels: &Pixels, [width, height]: [u32; 2]) -> Result<Vec<u8>> {
+    let mut out = Cursor::new(Vec::new());
+    match pixels {
+        Pixels::Srgb8(bytes) => image::codecs::png::PngEncoder::new(&mut out).write_image(
+            bytes,
+            width,
+            height,
+            ExtendedColorType::Rgb8,
+        )?,
+        Pixels::Linear(values) => {
+            let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_ne_bytes()).collect();
+            image::codecs::openexr::OpenExrEncoder::new(&mut out).write_image(
+                &bytes,
+                width,
+                height,
+                ExtendedColorType::Rgb32F,
+            )?;
+        }
+    }
+    Ok(out.into_inner())
+}
+
+/// Writes a picture at once or not at all.
+///
+/// # Errors
+/// When it cannot be encoded or written.
+pub fn write(path: &Path, pixels: &Pixels, size: [u32; 2]) -> Result<()> {
+    OutputFile::create(path)?.commit(&file_bytes(pixels, size)?)?;
+    Ok(())
+}

@@ -1,0 +1,19 @@
+//! The UTM sky model on the GPU: sky, sun, aerial perspective and scene light with wgpu.
+//!
+//! A [`SkyRenderer`] is made once for a device and a target format, updated once a frame, and draws
+//! into any render pass; [`SkyRenderer::composite`] lays the air over a finished scene. What depends
+//! on the frame alone is computed on the CPU (some microseconds) and lies in two uniforms. No global
+//! state, no allocation in a frame. Lights are linear sRGB in cd/m².
+//!
+//! Simplifications: one sun zenith angle for all objects in view. Out of scope: clouds, shadows, a
+//! window.
+
+pub mod camera;
+pub mod headless;
+mod renderer;
+pub mod shader;
+mod uniforms;
+
+pub use camera::{Camera, Dome, Projection};
+pub use renderer::{Exposure, MOST_VIEWS, SkyFrame, SkyRenderer, Tier, Timing, auto_ev100};
+pub use sky_core::tonemap::Tone;

@@ -1,0 +1,594 @@
+//! The renderer: pipelines, uniforms, and the three ways to draw a sky.
+
+use glam::Vec3;
+use sky_core::aerial::AerialError;
+use sky_core::lut::Lut;
+use sky_core::picture::Picture;
+use sky_core::quantity::{Angle, Length};
+use sky_core::sky_model::Conditions;
+use sky_core::tonemap::{Tone, ev100_from_luminance, exposure_from_ev100, luminance};
+use sky_core::utm_sky::UtmSky;
+
+use crate::camera::{Camera, Dome};
+use crate::shader;
+use crate::uniforms::{AerialUniform, DisplaySettings, SkyUniform, ViewUniform};
+
+/// Cameras that a frame can have.
+pub const MOST_VIEWS: u32 = 8;
+/// Distance between the uniforms of two cameras: WebGPU's largest alignment.
+const VIEW_STRIDE: u64 = 256;
+/// Texels of the baked sky, as in `baked.wgsl`.
+const BAKED_SIZE: [u32; 2] = [128, 160];
+/// Luminance that the baked sky's mean is scaled to: far from both ends of a half float.
+const BAKED_MEAN: f32 = 16.0;
+/// Steps of altitude \[km\], logarithm of turbidity and sun zenith \[rad\] that a baked sky may lag
+/// behind: a tenth of what changes a light by a percent where it changes fastest.
+const VISIBLE_STEP: [f64; 3] = [0.002, 0.002, 0.000_2];
+
+/// How the sky is drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Tier {
+    /// A dome colored at its corners: the report's way.
+    Vertex(Dome),
+    /// The formula at every pixel.
+    #[default]
+    Fragment,
+    /// A small texture, made anew when the sky has changed; one fetch a pixel.
+    Baked,
+}
+
+/// How light is scaled for the target.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Exposure {
+    /// By an exposure value at ISO 100.
+    Ev100(f32),
+    /// From the mean of the sky.
+    #[default]
+    Auto,
+    /// None: light in cd·m⁻² as it is.
+    None,
+}
+
+/// What a frame's sky depends on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SkyFrame {
+    /// The observer's altitude above mean sea level.
+    pub observer_altitude: Length,
+    /// The haze; see `sky_core::haze` for optical depths and visual ranges.
+    pub turbidity: f64,
+    /// The world's direction toward the sun's center; any length.
+    pub sun: Vec3,
+    /// The world's direction up at the observer; any length.
+    pub up: Vec3,
+    /// Albedo of the ground.
+    pub ground_albedo: f32,
+    /// The exposure.
+    pub exposure: Exposure,
+    /// The tone curve; `None` leaves linear light for a float target.
+    pub tone: Option<Tone>,
+}
+
+impl Default for SkyFrame {
+    fn default() -> Self {
+        Self {
+            observer_altitude: Length::from_m(2.0),
+            turbidity: 2.5,
+            sun: Vec3::new(0.0, 0.707, 0.707),
+            up: Vec3::Z,
+            ground_albedo: 0.2,
+            exposure: Exposure::Auto,
+            tone: Some(Tone::Neutral),
+        }
+    }
+}
+
+impl SkyFrame {
+    /// The conditions for the table.
+    #[must_use]
+    pub fn conditions(&self) -> Conditions {
+        let (sun, up) = (self.sun.normalize_or_zero(), self.up.normalize_or_zero());
+        let zenith = sun.cross(up).length().atan2(sun.dot(up));
+        Conditions {
+            observer_altitude: self.observer_altitude,
+            turbidity: self.turbidity,
+            sun_zenith: Angle::from_radians(zenith.into()),
+        }
+    }
+
+    /// The local frame in the world: toward the sun's azimuth, left of it, up.
+    #[must_use]
+    pub fn local_axes(&self) -> [Vec3; 3] {
+        let up = self.up.normalize_or(Vec3::Z);
+        let flat = self.sun - up * self.sun.dot(up);
+        let x = flat
+            .try_normalize()
+            .unwrap_or_else(|| up.any_orthonormal_vector());
+        [x, up.cross(x), up]
+    }
+}
+
+/// Where render-pass timestamps are written.
+#[derive(Clone, Copy, Debug)]
+pub struct Timing<'a> {
+    /// The queries.
+    pub queries: &'a wgpu::QuerySet,
+    /// Place of the first of two.
+    pub first: u32,
+}
+
+#[derive(Debug)]
+struct Pipelines {
+    fragment: [wgpu::RenderPipeline; 2],
+    baked: [wgpu::RenderPipeline; 2],
+    dome: wgpu::RenderPipeline,
+    composite: wgpu::RenderPipeline,
+    floor: wgpu::RenderPipeline,
+    bake: wgpu::RenderPipeline,
+}
+
+/// Draws the sky of a table.
+#[derive(Debug)]
+pub struct SkyRenderer {
+    sky: UtmSky,
+    pipelines: Pipelines,
+    target_encodes: bool,
+    dither: f32,
+    sky_uniform: wgpu::Buffer,
+    aerial_uniform: wgpu::Buffer,
+    views: wgpu::Buffer,
+    frame_group: wgpu::BindGroup,
+    view_group: wgpu::BindGroup,
+    baked_group: wgpu::BindGroup,
+    baked_view: wgpu::TextureView,
+    scene_layout: wgpu::BindGroupLayout,
+    panoramas: [bool; MOST_VIEWS as usize],
+    dome: Dome,
+    picture: Option<Picture>,
+    baked_for: Option<Baked>,
+    must_bake: bool,
+    local: [Vec3; 3],
+}
+
+/// What a baked sky was made for.
+#[derive(Clone, Copy, Debug)]
+struct Baked {
+    place: [f64; 3],
+    ground: [f32; 3],
+    scale: f32,
+    outside: bool,
+}
+
+impl SkyRenderer {
+    /// A renderer for a table and the format of the targets.
+    ///
+    /// # Errors
+    /// When the table lacks what aerial perspective needs.
+    pub fn new(
+        device: &wgpu::Device,
+        lut: &Lut,
+        target_format: wgpu::TextureFormat,
+    ) -> Result<Self, AerialError> {
+        let sky = UtmSky::new(lut.clone());
+        sky_core::aerial::AerialFrame::check(&sky)?;
+        let layouts = Layouts::new(device);
+        let pipelines = Pipelines::new(device, &layouts, target_format);
+        let buffer = |label, size| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        let sky_uniform = buffer("sky", size_of::<SkyUniform>() as u64);
+        let aerial_uniform = buffer("aerial", size_of::<AerialUniform>() as u64);
+        let views = buffer("sky views", VIEW_STRIDE * u64::from(MOST_VIEWS));
+        let frame_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("sky frame"),
+            layout: &layouts.frame,
+            entries: &[
+                wgpu::BindGroupEntry {
+                    binding: 0,
+                    resource: sky_uniform.as_entire_binding(),
+                },
+                wgpu::BindGroupEntry {
+                    binding: 1,
+                    resource: aerial_uniform.as_entire_binding(),
+                },
+            ],
+        });
+        let view_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("sky view"),
+            layout: &layouts.view,
+            entries: &[wgpu::BindGroupEntry {
+                binding: 0,
+                resource: wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                    buffer: &views,
+                    offset: 0,
+                    size: wgpu::BufferSize::new(size_of::<ViewUniform>() as u64),
+                }),
+            }],
+        });
+        let (baked_view, baked_group) = baked_texture(device, &layouts.baked);
+        let is_float = matches!(
+            target_format,
+            wgpu::TextureFormat::Rgba16Float | wgpu::TextureFormat::Rgba32Float
+        );
+        Ok(Self {
+            sky,
+            pipelines,
+            target_encodes: target_format.is_srgb(),
+            dither: if is_float { 0.0 } else { 1.0 / 255.0 },
+            sky_uniform,
+            aerial_uniform,
+            views,
+            frame_group,
+            view_group,
+            baked_group,
+            baked_view,
+            scene_layout: layouts.scene,
+            panoramas: [false; MOST_VIEWS as usize],
+            dome: Dome::REPORT,
+            picture: None,
+            baked_for: None,
+            must_bake: false,
+            local: [Vec3::X, Vec3::Y, Vec3::Z],
+        })
+    }
+
+    /// Computes the frame and uploads it: some microseconds, no allocation of ours.
+    ///
+    /// # Errors
+    /// When the conditions lie outside the table's domain. The sky of the last frame stays; with
+    /// [`Self::show_outside_domain`] it can be painted as such.
+    pub fn update(
+        &mut self,
+        queue: &wgpu::Queue,
+        frame: &SkyFrame,
+    ) -> Result<&Picture, AerialError> {
+        let conditions = frame.conditions();
+        let picture = Picture::new(&self.sky, &conditions, frame.ground_albedo)?;
+        self.local = frame.local_axes();
+        let display = self.display(frame, &picture);
+        let place = [
+            conditions.observer_altitude.km(),
+            conditions.turbidity.ln(),
+            conditions.sun_zenith.radians(),
+        ];
+        let stays = self.baked_for.filter(|baked| {
+            !baked.outside
+                && baked.ground == picture.light.ground
+                && (0..3).all(|i| (baked.place[i] - place[i]).abs() <= VISIBLE_STEP[i])
+        });
+        let scale = stays.map_or_else(
+            || BAKED_MEAN / luminance(mean(&picture)).max(1e-6),
+            |baked| baked.scale,
+        );
+        if stays.is_none() {
+            self.must_bake = true;
+            self.baked_for = Some(Baked {
+                place,
+                ground: picture.light.ground,
+                scale,
+                outside: false,
+            });
+        }
+        let uniform = SkyUniform::new(&picture, self.local, display, scale, false);
+        queue.write_buffer(&self.sky_uniform, 0, bytemuck::bytes_of(&uniform));
+        let aerial = AerialUniform::new(&picture.air);
+        queue.write_buffer(&self.aerial_uniform, 0, bytemuck::bytes_of(&aerial));
+        Ok(self.picture.insert(picture))
+    }
+
+    /// Paints stripes in place of the sky until the next [`Self::update`] that succeeds: what lies
+    /// outside the domain is never a silent wrong sky. Nothing before the first update.
+    pub fn show_outside_domain(&mut self, queue: &wgpu::Queue, frame: &SkyFrame) {
+        if let Some(picture) = &self.picture {
+            let display = self.display(frame, picture);
+            let uniform = SkyUniform::new(picture, self.local, display, 1.0, true);
+            queue.write_buffer(&self.sky_uniform, 0, bytemuck::bytes_of(&uniform));
+            self.must_bake = true;
+            if let Some(baked) = &mut self.baked_for {
+                baked.outside = true;
+            }
+        }
+    }
+
+    fn display(&self, frame: &SkyFrame, picture: &Picture) -> DisplaySettings {
+        DisplaySettings {
+            exposure: match frame.exposure {
+                Exposure::None => 1.0,
+                Exposure::Ev100(ev100) => exposure_from_ev100(ev100),
+                Exposure::Auto => exposure_from_ev100(auto_ev100(picture)),
+            },
+            tone: frame.tone.map_or(-1.0, Tone::index),
+            dither: self.dither,
+            target_encodes: self.target_encodes,
+        }
+    }
+
+    /// Sets one of up to eight cameras.
+    ///
+    /// # Panics
+    /// When the place is not below [`MOST_VIEWS`].
+    pub fn set_camera(&mut self, queue: &wgpu::Queue, view: u32, camera: &Camera) {
+        assert!(
+            view < MOST_VIEWS,
+            "view {view}: expected one below {MOST_VIEWS}"
+        );
+        let uniform = camera.uniform(self.local, self.dome);
+        let offset = u64::from(view) * VIEW_STRIDE;
+        queue.write_buffer(&self.views, offset, bytemuck::bytes_of(&uniform));
+        self.panoramas[view as usize] = camera.is_panorama();
+    }
+
+    /// The mesh of the tier `vertex`; call before [`Self::set_camera`].
+    pub const fn set_dome(&mut self, dome: Dome) {
+        self.dome = dome;
+    }
+
+    /// Bakes the sky's texture if it is wanted and has fallen behind. Once a frame, before the pass.
+    pub fn prepare(&mut self, encoder: &mut wgpu::CommandEncoder, tier: Tier) {
+        if tier != Tier::Baked || !self.must_bake {
+            return;
+        }
+        self.must_bake = false;
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("bake the sky"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &self.baked_view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            depth_stencil_attachment: None,
+            timestamp_writes: None,
+            occlusion_query_set: None,
+            multiview_mask: None,
+        });
+        pass.set_pipeline(&self.pipelines.bake);
+        self.bind(&mut pass, 0);
+        pass.draw(0..3, 0..1);
+    }
+
+    fn bind(&self, pass: &mut wgpu::RenderPass<'_>, view: u32) {
+        pass.set_bind_group(0, &self.frame_group, &[]);
+        let offset = u64::from(view) * VIEW_STRIDE;
+        pass.set_bind_group(1, &self.view_group, &[u32::try_from(offset).unwrap_or(0)]);
+    }
+
+    /// Draws the sky over the whole viewport, before or after the scene (depth is not tested).
+    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, view: u32, tier: Tier) {
+        let kind = usize::from(self.panoramas[view as usize]);
+        let (pipeline, vertices) = match tier {
+            Tier::Vertex(dome) => (&self.pipelines.dome, dome.vertices()),
+            Tier::Fragment => (&self.pipelines.fragment[kind], 3),
+            Tier::Baked => (&self.pipelines.baked[kind], 3),
+        };
+        pass.set_pipeline(pipeline);
+        self.bind(pass, view);
+        if tier == Tier::Baked {
+            pass.set_bind_group(2, &self.baked_group, &[]);
+        }
+        pass.draw(0..vertices, 0..1);
+    }
+
+    /// The same triangle with a constant color: the floor that the tiers are measured against.
+    pub fn draw_floor(&self, pass: &mut wgpu::RenderPass<'_>, view: u32) {
+        pass.set_pipeline(&self.pipelines.floor);
+        self.bind(pass, view);
+        pass.draw(0..3, 0..1);
+    }
+
+    /// Binds a scene's color (linear light in cd·m⁻²) and depth for [`Self::composite`].
+    #[must_use]
+    pub fn scene(
+        &self,
+        device: &wgpu::Device,
+        color: &wgpu::TextureView,
+        depth: &wgpu::TextureView,
+    ) -> wgpu::BindGroup {
+        device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("scene under the sky"),
+            layout: &self.scene_layout,
+            entries: &[
+                wgpu::BindGroupEntry {
+                    binding: 0,
+                    resource: wgpu::BindingResource::TextureView(color),
+                },
+                wgpu::BindGroupEntry {
+                    binding: 1,
+                    resource: wgpu::BindingResource::TextureView(depth),
+                },
+            ],
+        })
+    }
+
+    /// Lays the air over a scene, pixel by pixel, and displays it; the sky's pixels are left alone.
+    pub fn composite(&self, pass: &mut wgpu::RenderPass<'_>, view: u32, scene: &wgpu::BindGroup) {
+        pass.set_pipeline(&self.pipelines.composite);
+        self.bind(pass, view);
+        pass.set_bind_group(2, scene, &[]);
+        pass.draw(0..3, 0..1);
+    }
+
+    /// Bytes of our buffers and textures on the GPU.
+    #[must_use]
+    pub const fn gpu_bytes() -> u64 {
+        size_of::<SkyUniform>() as u64
+            + size_of::<AerialUniform>() as u64
+            + VIEW_STRIDE * MOST_VIEWS as u64
+            + 8 * BAKED_SIZE[0] as u64 * BAKED_SIZE[1] as u64
+    }
+}
+
+/// Mean light of the upper half of the sky, by cosine \[cd·m⁻²\].
+fn mean(picture: &Picture) -> [f32; 3] {
+    picture
+        .light
+        .sky_horizontal
+        .map(|c| c / core::f32::consts::PI)
+}
+
+/// The exposure value for a picture's sky.
+#[must_use]
+pub fn auto_ev100(picture: &Picture) -> f32 {
+    ev100_from_luminance(luminance(mean(picture)))
+}
+
+struct Layouts {
+    frame: wgpu::BindGroupLayout,
+    view: wgpu::BindGroupLayout,
+    baked: wgpu::BindGroupLayout,
+    scene: wgpu::BindGroupLayout,
+}
+
+impl Layouts {
+    fn new(device: &wgpu::Device) -> Self {
+        let layout = |label, entries: &[wgpu::BindGroupLayoutEntry]| {
+            device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                label: Some(label),
+                entries,
+            })
+        };
+        let uniform = |binding, has_dynamic_offset| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+            ty: wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Uniform,
+                has_dynamic_offset,
+                min_binding_size: None,
+            },
+            count: None,
+        };
+        let texture = |binding, filterable| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::FRAGMENT,
+            ty: wgpu::BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Float { filterable },
+                view_dimension: wgpu::TextureViewDimension::D2,
+                multisampled: false,
+            },
+            count: None,
+        };
+        let sampler = wgpu::BindGroupLayoutEntry {
+            binding: 1,
+            visibility: wgpu::ShaderStages::FRAGMENT,
+            ty: wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+            count: None,
+        };
+        Self {
+            frame: layout("sky frame", &[uniform(0, false), uniform(1, false)]),
+            view: layout("sky view", &[uniform(0, true)]),
+            baked: layout("baked sky", &[texture(0, true), sampler]),
+            scene: layout("scene", &[texture(0, false), texture(1, false)]),
+        }
+    }
+}
+
+impl Pipelines {
+    fn new(device: &wgpu::Device, layouts: &Layouts, target: wgpu::TextureFormat) -> Self {
+        let module = |(name, last): (&str, Option<shader::Part>)| {
+            device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(name),
+                source: wgpu::ShaderSource::Wgsl(shader::program(last).into()),
+            })
+        };
+        let [sky, baked, dome, composite] = shader::PROGRAMS.map(module);
+        let pipeline = |module: &wgpu::ShaderModule,
+                        third: Option<&wgpu::BindGroupLayout>,
+                        [vertex, fragment]: [&str; 2],
+                        format: wgpu::TextureFormat| {
+            let groups = [Some(&layouts.frame), Some(&layouts.view), third];
+            let groups = if third.is_some() {
+                &groups[..]
+            } else {
+                &groups[..2]
+            };
+            let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some(fragment),
+                bind_group_layouts: groups,
+                immediate_size: 0,
+            });
+            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some(fragment),
+                layout: Some(&layout),
+                vertex: wgpu::VertexState {
+                    module,
+                    entry_point: Some(vertex),
+                    compilation_options: wgpu::PipelineCompilationOptions::default(),
+                    buffers: &[],
+                },
+                primitive: wgpu::PrimitiveState::default(),
+                depth_stencil: None,
+                multisample: wgpu::MultisampleState::default(),
+                fragment: Some(wgpu::FragmentState {
+                    module,
+                    entry_point: Some(fragment),
+                    compilation_options: wgpu::PipelineCompilationOptions::default(),
+                    targets: &[Some(format.into())],
+                }),
+                multiview_mask: None,
+                cache: None,
+            })
+        };
+        let screen = |fragment| ["screen_vertex", fragment];
+        let half = wgpu::TextureFormat::Rgba16Float;
+        let (tex, scene) = (Some(&layouts.baked), Some(&layouts.scene));
+        Self {
+            fragment: ["sky_fragment", "sky_panorama"]
+                .map(|f| pipeline(&sky, None, screen(f), target)),
+            baked: ["baked_sky_fragment", "baked_panorama"]
+                .map(|f| pipeline(&baked, tex, screen(f), target)),
+            dome: pipeline(&dome, None, ["dome_vertex", "dome_fragment"], target),
+            composite: pipeline(&composite, scene, screen("composite_fragment"), target),
+            floor: pipeline(&sky, None, screen("floor_fragment"), target),
+            bake: pipeline(&baked, None, screen("bake_fragment"), half),
+        }
+    }
+}
+
+fn baked_texture(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+) -> (wgpu::TextureView, wgpu::BindGroup) {
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("baked sky"),
+        size: wgpu::Extent3d {
+            width: BAKED_SIZE[0],
+            height: BAKED_SIZE[1],
+            depth_or_array_layers: 1,
+        },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba16Float,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    });
+    let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+    let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
+        label: Some("baked sky"),
+        mag_filter: wgpu::FilterMode::Linear,
+        min_filter: wgpu::FilterMode::Linear,
+        ..wgpu::SamplerDescriptor::default()
+    });
+    let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("baked sky"),
+        layout,
+        entries: &[
+            wgpu::BindGroupEntry {
+                binding: 0,
+                resource: wgpu::BindingResource::TextureView(&view),
+            },
+            wgpu::BindGroupEntry {
+                binding: 1,
+                resource: wgpu::BindingResource::Sampler(&sampler),
+            },
+        ],
+    });
+    (view, group)
+}

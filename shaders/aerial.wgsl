@@ -1,0 +1,193 @@
+// Transmittance and in-scattered light of a finite path. Twin: crates/sky-core/src/aerial.rs.
+
+const EARTH_RADIUS_KM: f32 = 6371.0;
+const SECTIONS: f32 = 4.0;
+
+struct AerialUniform {
+    // 16 layers of 22 products
+    coefficients: array<vec4<f32>, 352>,
+    // altitudes of the layers [km], four a vector
+    altitude_km: array<vec4<f32>, 4>,
+    // extinction [1/km] of air, gas, haze and stratospheric aerosol at four wavelengths
+    per_km: array<vec4<f32>, 4>,
+    // shares of the wavelengths in red, green, blue and luminance
+    weights: array<vec4<f32>, 4>,
+    // logarithm of the air's density, densities of gas and stratospheric aerosol, 2 km apart
+    levels: array<vec4<f32>, 31>,
+    // number of layers, one over the haze's scale height [1/km], 0, 0
+    counts: vec4<f32>,
+    // sine and cosine of the sun's zenith angle, 0, 0
+    sun: vec4<f32>,
+}
+
+@group(0) @binding(1) var<uniform> aerial: AerialUniform;
+
+// A point of a ray: altitude [km] and cosine of the ray's zenith angle.
+fn along(start: vec2<f32>, distance_km: f32) -> vec2<f32> {
+    let radius = EARTH_RADIUS_KM + start.x;
+    let rise = distance_km * (distance_km + 2.0 * radius * start.y);
+    let there = sqrt(max(radius * radius + rise, 1.0));
+    return vec2<f32>(
+        start.x + rise / (there + radius),
+        clamp((distance_km + radius * start.y) / there, -1.0, 1.0),
+    );
+}
+
+fn air_level(altitude_km: f32) -> vec4<f32> {
+    let place = max(altitude_km * 0.5, 0.0);
+    let lower = u32(min(floor(place), 29.0));
+    let fraction = place - f32(lower);
+    let share = min(fraction, 1.0);
+    return mix(
+        aerial.levels[lower],
+        aerial.levels[lower + 1u],
+        vec4<f32>(fraction, share, share, 0.0),
+    );
+}
+
+// Mean along a section of a density by its logarithm at start, middle and end.
+fn mean_of_exponential(start: f32, middle: f32, end: f32) -> f32 {
+    let x = abs(start - end);
+    let mean = select((1.0 - exp(-x)) / max(x, 0.01), 1.0 - x * (0.5 - x / 6.0), x < 0.01);
+    let bend = middle - 0.5 * (start + end);
+    return mean * exp(max(start, end) + bend * 4.0 / sqrt(36.0 + x * x));
+}
+
+fn section_depth(start: vec2<f32>, end: vec2<f32>, length_km: f32) -> vec4<f32> {
+    let middle = along(start, 0.5 * length_km);
+    let a = air_level(start.x);
+    let m = air_level(middle.x);
+    let b = air_level(end.x);
+    let haze = -vec3<f32>(start.x, middle.x, end.x) * aerial.counts.y;
+    let thin = (a + 4.0 * m + b) / 6.0;
+    return length_km * (aerial.per_km[0] * mean_of_exponential(a.x, m.x, b.x)
+        + aerial.per_km[1] * thin.y
+        + aerial.per_km[2] * mean_of_exponential(haze.x, haze.y, haze.z)
+        + aerial.per_km[3] * thin.z);
+}
+
+// Transmittance of red, green, blue and luminance.
+fn transmittance_of(depth: vec4<f32>) -> vec4<f32> {
+    let through = exp(-depth);
+    return clamp(vec4<f32>(
+        dot(aerial.weights[0], through),
+        dot(aerial.weights[1], through),
+        dot(aerial.weights[2], through),
+        dot(aerial.weights[3], through),
+    ), vec4<f32>(0.0, 0.0, 0.0, 0.0), vec4<f32>(1.0, 1.0, 1.0, 1.0));
+}
+
+fn layer_altitude(layer: u32) -> f32 {
+    return aerial.altitude_km[layer / 4u][layer % 4u];
+}
+
+fn layer_sum(layer: u32, basis: Basis) -> vec3<f32> {
+    let k = layer * 22u;
+    let sum = aerial.coefficients[k] * basis.a.x + aerial.coefficients[k + 1u] * basis.a.y
+        + aerial.coefficients[k + 2u] * basis.a.z + aerial.coefficients[k + 3u] * basis.a.w
+        + aerial.coefficients[k + 4u] * basis.b.x + aerial.coefficients[k + 5u] * basis.b.y
+        + aerial.coefficients[k + 6u] * basis.b.z + aerial.coefficients[k + 7u] * basis.b.w
+        + aerial.coefficients[k + 8u] * basis.c.x + aerial.coefficients[k + 9u] * basis.c.y
+        + aerial.coefficients[k + 10u] * basis.c.z + aerial.coefficients[k + 11u] * basis.c.w
+        + aerial.coefficients[k + 12u] * basis.d.x + aerial.coefficients[k + 13u] * basis.d.y
+        + aerial.coefficients[k + 14u] * basis.d.z + aerial.coefficients[k + 15u] * basis.d.w
+        + aerial.coefficients[k + 16u] * basis.e.x + aerial.coefficients[k + 17u] * basis.e.y
+        + aerial.coefficients[k + 18u] * basis.e.z + aerial.coefficients[k + 19u] * basis.e.w
+        + aerial.coefficients[k + 20u] * basis.f.x + aerial.coefficients[k + 21u] * basis.f.y;
+    return sum.xyz;
+}
+
+// The sky at a place of a ray in linear sRGB [cd/m2].
+fn sky_at(place: vec2<f32>, gamma: f32, mu: f32) -> vec3<f32> {
+    let layers = u32(aerial.counts.x);
+    let altitude_km = clamp(place.x, layer_altitude(0u), layer_altitude(layers - 1u));
+    var upper = 1u;
+    while (upper + 1u < layers && layer_altitude(upper) < altitude_km) {
+        upper = upper + 1u;
+    }
+    let low = layer_altitude(upper - 1u);
+    let fraction = (altitude_km - low) / (layer_altitude(upper) - low);
+    let x = (EARTH_RADIUS_KM + altitude_km) / vec2<f32>(8.0, 1.2);
+    let basis = sky_basis(place.y, vec4<f32>(x, sqrt(0.5 * x)), gamma, mu);
+    let sum = mix(layer_sum(upper - 1u, basis), layer_sum(upper, basis), fraction);
+    let left = exp(air_level(place.x).x - air_level(altitude_km).x);
+    return left * linear_srgb_from_yxy(vec3<f32>(exp(sum.x), sum.yz));
+}
+
+fn molecular_scattering(mu: f32) -> f32 {
+    return 0.75 * (1.0 + mu * mu) + 0.3;
+}
+
+// The sky upward from a place that the ray passes on its way down.
+fn mirrored_sky(place: vec2<f32>, mu: f32) -> vec3<f32> {
+    let cosine = -place.y;
+    let across = sqrt(max(1.0 - cosine * cosine, 0.0)) * aerial.sun.x;
+    let level = cosine * aerial.sun.y;
+    let nearest = clamp(mu, level - across, level + across);
+    let air = aerial.per_km[0].z * exp(air_level(place.x).x);
+    let haze = aerial.per_km[2].z * exp(-place.x * aerial.counts.y);
+    let there = clamp(mu + (nearest - mu) * air / (air + haze), -1.0, 1.0);
+    let gamma = angle_from(sqrt(1.0 - there * there), there);
+    let ratio = molecular_scattering(mu) / molecular_scattering(there);
+    return ratio * sky_at(vec2<f32>(place.x, cosine), gamma, there);
+}
+
+fn section_end(section: f32) -> f32 {
+    let share = section / SECTIONS;
+    return share * share;
+}
+
+struct AerialPath {
+    // red, green, blue, luminance
+    transmittance: vec4<f32>,
+    // linear sRGB [cd/m2]
+    inscatter: vec3<f32>,
+}
+
+// color = transmittance * object + inscatter, for an object at a distance [km] in a local direction.
+fn aerial_path(altitude_km: f32, direction: vec3<f32>, distance_km: f32) -> AerialPath {
+    let start = vec2<f32>(altitude_km, direction.z);
+    let angles = angle_from_sun(direction, aerial.sun.xy);
+    let lowest = clamp(-(EARTH_RADIUS_KM + altitude_km) * start.y, 0.0, distance_km);
+    let bottom = along(start, lowest);
+    var depth = vec4<f32>(0.0, 0.0, 0.0, 0.0);
+    var light = vec3<f32>(0.0, 0.0, 0.0);
+    if (lowest > 0.0) {
+        var upper = start;
+        var upper_sky = mirrored_sky(upper, angles.y);
+        for (var i = SECTIONS - 1.0; i >= 0.0; i = i - 1.0) {
+            let lower = along(start, lowest * (1.0 - section_end(i)));
+            let length = lowest * (section_end(i + 1.0) - section_end(i));
+            let section = section_depth(upper, lower, length);
+            let lower_sky = mirrored_sky(lower, angles.y);
+            light = light + transmittance_of(depth).xyz
+                * max(lower_sky - transmittance_of(section).xyz * upper_sky, vec3<f32>(0.0, 0.0, 0.0));
+            depth = depth + section;
+            upper = lower;
+            upper_sky = lower_sky;
+        }
+    }
+    let rise = distance_km - lowest;
+    if (rise > 0.0) {
+        var section = vec4<f32>(0.0, 0.0, 0.0, 0.0);
+        var lower = bottom;
+        for (var i = 0.0; i < SECTIONS; i = i + 1.0) {
+            let upper = along(bottom, rise * section_end(i + 1.0));
+            let length = rise * (section_end(i + 1.0) - section_end(i));
+            section = section + section_depth(lower, upper, length);
+            lower = upper;
+        }
+        let near = sky_at(bottom, angles.x, angles.y);
+        let far = sky_at(lower, angles.x, angles.y);
+        light = light + transmittance_of(depth).xyz
+            * max(near - transmittance_of(section).xyz * far, vec3<f32>(0.0, 0.0, 0.0));
+        depth = depth + section;
+    }
+    return AerialPath(transmittance_of(depth), light);
+}
+
+fn distance_to_ground(altitude_km: f32, cosine: f32) -> f32 {
+    let down = -(EARTH_RADIUS_KM + altitude_km) * cosine;
+    let tangent = altitude_km * (altitude_km + 2.0 * EARTH_RADIUS_KM);
+    return tangent / max(down + sqrt(max(down * down - tangent, 0.0)), 1e-6);
+}

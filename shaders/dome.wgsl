@@ -1,0 +1,74 @@
+// The report's way: a dome whose corners are colored by the vertex shader, and blended between them.
+// The mesh is made from the vertex number: rings from the zenith to the horizon and on to the nadir.
+
+const GROUND_RINGS: u32 = 6u;
+
+struct DomeVertex {
+    @builtin(position) position: vec4<f32>,
+    @location(0) light: vec3<f32>,
+    @location(1) direction: vec3<f32>,
+}
+
+@vertex
+fn dome_vertex(@builtin(vertex_index) index: u32) -> DomeVertex {
+    let rings = u32(view.dome.x);
+    let spokes = u32(view.dome.y);
+    let quad = index / 6u;
+    let corner = index % 6u;
+    let ring = quad / spokes;
+    let outer = select(0u, 1u, corner == 1u || corner == 2u || corner == 4u);
+    let next = select(0u, 1u, corner == 2u || corner == 4u || corner == 5u);
+    let horizon = angle_from(sqrt(max(1.0 - sky.place.z * sky.place.z, 0.0)), sky.place.z);
+    let is_ground = ring >= rings;
+    var zenith: f32;
+    if (is_ground) {
+        let share = f32(ring - rings + outer) / f32(GROUND_RINGS);
+        zenith = horizon + share * share * (3.14159265 - horizon);
+    } else {
+        zenith = horizon * f32(ring + outer) / f32(rings);
+    }
+    let turn = f32(quad % spokes + next) / f32(spokes);
+    let azimuth = view.dome.z + turn * 6.28318531;
+    let direction = vec3<f32>(sin(zenith) * cos(azimuth), sin(zenith) * sin(azimuth), cos(zenith));
+    // a corner on the horizon belongs to the sky or to the ground, as its quad does
+    var lit = direction;
+    if (is_ground) {
+        lit.z = min(lit.z, sky.place.z - 1e-6);
+    } else {
+        lit.z = max(lit.z, sky.place.z);
+    }
+    var out: DomeVertex;
+    out.light = sky_and_ground(lit);
+    out.direction = direction;
+    let world = sky.local_x.xyz * direction.x + sky.local_y.xyz * direction.y + sky.local_z.xyz * direction.z;
+    if (view.kind.x < 0.5) {
+        let clip = view.world_to_clip * vec4<f32>(world, 0.0);
+        out.position = vec4<f32>(clip.xy, view.dome.w * clip.w, clip.w);
+    } else {
+        // right, forward and up of the view
+        let seen = (view.world_to_clip * vec4<f32>(world, 0.0)).xyz;
+        if (view.kind.x < 1.5) {
+            let radius = zenith / 1.57079633;
+            let flat = max(length(seen.xy), 1e-6);
+            let disc = seen.xy / flat * radius;
+            out.position = vec4<f32>(disc.x / max(view.kind.z, 1.0), disc.y * min(view.kind.z, 1.0), view.dome.w, 1.0);
+        } else {
+            out.position = vec4<f32>(turn * 2.0 - 1.0, 1.0 - zenith / 1.57079633, view.dome.w, 1.0);
+        }
+    }
+    return out;
+}
+
+@fragment
+fn dome_fragment(in: DomeVertex) -> @location(0) vec4<f32> {
+    let direction = normalize(in.direction);
+    var light = in.light;
+    if (view.kind.x > 0.5 && view.kind.x < 1.5 && direction.z < 0.0) {
+        return vec4<f32>(0.0, 0.0, 0.0, 1.0);
+    }
+    if (direction.z >= sky.place.z) {
+        let angles = angle_from_sun(direction, sky.place.xy);
+        light = light + sun_disc(angles.z, angles.y, direction.z);
+    }
+    return displayed(light, in.position.xy, sky.display);
+}
