@@ -4,11 +4,11 @@
 //! depends on altitude and on the local sun zenith angle alone.
 
 use super::lanes::{Lanes, WIDTH};
-use super::medium::{Between, LevelFinder};
-use sky_core::axis::{four_from, lagrange_weights};
-use sky_core::quantity::Angle;
+use super::medium::LevelFinder;
 
 /// Real spherical harmonics, even in azimuth, orthonormal over the sphere, up to a degree.
+///
+/// Stored by order, then degree: the functions of one order share their azimuth.
 #[derive(Clone, Debug)]
 pub(super) struct Harmonics {
     pub(super) degree: usize,
@@ -20,8 +20,8 @@ pub(super) struct Harmonics {
 impl Harmonics {
     pub(super) fn new(degree: usize) -> Self {
         let (mut norms, mut rise) = (Vec::new(), Vec::new());
-        for l in 0..=degree {
-            for m in 0..=l {
+        for m in 0..=degree {
+            for l in m..=degree {
                 rise.push(if l >= m + 2 {
                     [(2 * l - 1), (l + m - 1)].map(|n| as_f64(n) / as_f64(l - m))
                 } else {
@@ -49,36 +49,34 @@ impl Harmonics {
         self.norms.len()
     }
 
-    /// Degree of each function, in storage order.
-    pub(super) fn degrees(&self) -> impl Iterator<Item = usize> {
-        (0..=self.degree).flat_map(|l| core::iter::repeat_n(l, l + 1))
+    /// Place of the first function of an order, that of degree `m`.
+    pub(super) fn first(&self, m: usize) -> usize {
+        m * (2 * self.degree + 3 - m) / 2
     }
 
-    /// All functions in a direction; `out` has `count()` entries, ordered by degree then order.
-    pub(super) fn evaluate(&self, cosine: f64, cos_azimuth: f64, out: &mut [f64]) {
+    /// Order and degree of each function, in storage order.
+    pub(super) fn orders_and_degrees(&self) -> impl Iterator<Item = (usize, usize)> {
+        let degree = self.degree;
+        (0..=degree).flat_map(move |m| (m..=degree).map(move |l| (m, l)))
+    }
+
+    /// All functions without their azimuth, which is `cos mφ`; `out` has `count()` entries.
+    pub(super) fn evaluate(&self, cosine: f64, out: &mut [f64]) {
         let sine = ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt();
-        let index = |l: usize, m: usize| l * (l + 1) / 2 + m;
-        out[0] = 1.0;
-        for m in 1..=self.degree {
-            out[index(m, m)] = out[index(m - 1, m - 1)] * sine * (2.0 * as_f64(m) - 1.0);
-        }
-        for m in 0..self.degree {
-            out[index(m + 1, m)] = cosine * (2.0 * as_f64(m) + 1.0) * out[index(m, m)];
-        }
+        let mut diagonal = 1.0;
         for m in 0..=self.degree {
-            for l in (m + 2)..=self.degree {
-                let [a, b] = self.rise[index(l, m)];
-                out[index(l, m)] = a * cosine * out[index(l - 1, m)] - b * out[index(l - 2, m)];
+            let first = self.first(m);
+            let (mut before, mut last) = (0.0, diagonal);
+            for i in first..=first + self.degree - m {
+                if i == first + 1 {
+                    (before, last) = (last, cosine * (2.0 * as_f64(m) + 1.0) * last);
+                } else if i > first {
+                    let [a, b] = self.rise[i];
+                    (before, last) = (last, a * cosine * last - b * before);
+                }
+                out[i] = last * self.norms[i];
             }
-        }
-        let (mut previous, mut cos_m) = (cos_azimuth, 1.0); // cos(-φ), cos(0)
-        for m in 0..=self.degree {
-            for l in m..=self.degree {
-                out[index(l, m)] *= cos_m * self.norms[index(l, m)];
-            }
-            let next = 2.0 * cos_azimuth * cos_m - previous;
-            previous = cos_m;
-            cos_m = next;
+            diagonal *= sine * (2.0 * as_f64(m) + 1.0);
         }
     }
 }
@@ -92,21 +90,67 @@ pub(super) fn as_f64(n: usize) -> f64 {
 #[derive(Clone, Debug)]
 pub(super) struct Grid {
     pub(super) shells: LevelFinder,
+    /// Local sun zenith angles \[deg\].
     pub(super) columns: LevelFinder,
-    /// Harmonics used at each shell: where the air is clean, the first few.
-    pub(super) counts: Vec<usize>,
+    /// Highest degree of harmonics used at each shell: where the air is clean, the first few.
+    pub(super) degrees: Vec<usize>,
+    /// Between each column and the next: how the field's size follows from that of four columns.
+    cubics: Vec<Cubic>,
 }
 
-/// Four corners of the grid and their weights.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Corners {
-    pub(super) node: [usize; 4],
-    pub(super) weight: [f64; 4],
-    /// Harmonics that the shells at hand use.
-    pub(super) count: usize,
+/// Interpolation among four neighboring columns, as a polynomial of the way from one to the next.
+#[derive(Clone, Copy, Debug)]
+struct Cubic {
+    /// First of the four columns.
+    first: usize,
+    /// Factor of each power of the fraction and each column.
+    factors: [[f64; 4]; 4],
+}
+
+impl Cubic {
+    /// A cubic; a straight line at the ends of the grid and where the field falls off into the dark.
+    fn new(columns_deg: &[f64], column: usize) -> Self {
+        let first = column.saturating_sub(1).min(columns_deg.len() - 4);
+        let mut factors = [[0.0; 4]; 4];
+        let (from, to) = (columns_deg[column], columns_deg[column + 1]);
+        if column == 0 || column + 2 >= columns_deg.len() || to > LAST_SMOOTH_COLUMN_DEG {
+            factors[0][column - first] = 1.0;
+            factors[1][column - first] = -1.0;
+            factors[1][column + 1 - first] = 1.0;
+        } else {
+            let place: [f64; 4] =
+                core::array::from_fn(|k| (columns_deg[first + k] - from) / (to - from));
+            for k in 0..4 {
+                // the product of (t - t_j)/(t_k - t_j), multiplied out
+                let mut product = [1.0, 0.0, 0.0, 0.0];
+                for j in (0..4).filter(|j| *j != k) {
+                    let slope = 1.0 / (place[k] - place[j]);
+                    for power in (0..4).rev() {
+                        let lower = if power > 0 { product[power - 1] } else { 0.0 };
+                        product[power] = slope * (lower - place[j] * product[power]);
+                    }
+                }
+                for power in 0..4 {
+                    factors[power][k] = product[power];
+                }
+            }
+        }
+        Self { first, factors }
+    }
 }
 
 impl Grid {
+    pub(super) fn new(shells_km: &[f64], columns_deg: &[f64], degrees: Vec<usize>) -> Self {
+        Self {
+            shells: LevelFinder::new(shells_km),
+            columns: LevelFinder::new(columns_deg),
+            degrees,
+            cubics: (0..columns_deg.len() - 1)
+                .map(|column| Cubic::new(columns_deg, column))
+                .collect(),
+        }
+    }
+
     pub(super) fn nodes(&self) -> usize {
         self.shells.levels().len() * self.columns.levels().len()
     }
@@ -115,61 +159,11 @@ impl Grid {
         column * self.shells.levels().len() + shell
     }
 
-    /// Corners around a place. What is interpolated linearly is the field divided by its size, the
-    /// size itself by its logarithm.
-    pub(super) fn corners(&self, shell: Between, sun_cosine: f64, field: &Field) -> Corners {
-        let sun_zenith_deg = Angle::from_radians(sun_cosine.acos()).degrees();
-        let column = self.columns.find(sun_zenith_deg);
-        let mut corners = Corners {
-            count: self.counts[shell.level].max(self.counts[shell.level + 1]),
-            ..Corners::default()
-        };
-        let sun_weights = self.cubic_weights(column, sun_zenith_deg);
-        let mut mean = 0.0;
-        for up in 0..2 {
-            let share = if up == 0 {
-                1.0 - shell.fraction
-            } else {
-                shell.fraction
-            };
-            for on in 0..2 {
-                let w = share
-                    * if on == 0 {
-                        1.0 - column.fraction
-                    } else {
-                        column.fraction
-                    };
-                let node = self.node(shell.level + up, column.level + on);
-                corners.node[2 * on + up] = node;
-                corners.weight[2 * on + up] = w * field.inverse_scale[node];
-            }
-            for (k, w) in sun_weights.1.iter().enumerate() {
-                mean += share * w * field.log_scale[self.node(shell.level + up, sun_weights.0 + k)];
-            }
-        }
-        let scale = mean.exp();
-        corners.weight = corners.weight.map(|w| w * scale);
-        corners
-    }
-
-    /// First column and weights of a cubic through four columns around a sun; a straight line at the
-    /// ends of the grid and where the field falls off into the dark.
-    fn cubic_weights(&self, column: Between, sun_zenith_deg: f64) -> (usize, [f64; 4]) {
-        let x = self.columns.levels();
-        let first = column.level.saturating_sub(1).min(x.len() - 4);
-        if column.level == 0
-            || column.level + 2 >= x.len()
-            || sun_zenith_deg > LAST_SMOOTH_COLUMN_DEG
-        {
-            let mut w = [0.0; 4];
-            w[column.level - first] = 1.0 - column.fraction;
-            w[column.level + 1 - first] = column.fraction;
-            return (first, w);
-        }
-        (
-            first,
-            lagrange_weights(&four_from(x, first), sun_zenith_deg),
-        )
+    /// Logarithm of the field's size between a column and the next, as a polynomial of the fraction
+    /// of the way; `log_scale` has an entry for each column.
+    pub(super) fn log_scale_between(&self, column: usize, log_scale: &[f64]) -> [f64; 4] {
+        let Cubic { first, factors } = &self.cubics[column];
+        factors.map(|f| (0..4).map(|k| f[k] * log_scale[first + k]).sum())
     }
 }
 
@@ -249,7 +243,10 @@ mod tests {
             let mu = -1.0 + 2.0 * (f64::from(i) + 0.5) / f64::from(steps);
             for k in 0..azimuths {
                 let phi = core::f64::consts::TAU * (f64::from(k) + 0.5) / f64::from(azimuths);
-                h.evaluate(mu, phi.cos(), &mut y);
+                h.evaluate(mu, &mut y);
+                for ((m, _), y) in h.orders_and_degrees().zip(&mut y) {
+                    *y *= (as_f64(m) * phi).cos();
+                }
                 let w = 2.0 / f64::from(steps) * core::f64::consts::TAU / f64::from(azimuths);
                 for a in 0..n {
                     for b in 0..n {

@@ -85,6 +85,47 @@ pub(super) fn exp(x: &Lanes) -> Lanes {
     out
 }
 
+/// Arc cosine of each lane \[rad\], arguments in −1..1; error below 1e-15.
+#[inline(always)]
+pub(super) fn acos(x: &Lanes) -> Lanes {
+    // arcsine up to 1/2 by the rational function of fdlibm, beyond through half the angle
+    const P: [f64; 6] = [
+        1.666_666_666_666_666_6e-1,
+        -3.255_658_186_224_009e-1,
+        2.012_125_321_348_629_3e-1,
+        -4.005_553_450_067_941e-2,
+        7.915_349_942_898_145e-4,
+        3.479_331_075_960_212e-5,
+    ];
+    const Q: [f64; 4] = [
+        -2.403_394_911_734_414,
+        2.020_945_760_233_505_7,
+        -6.882_839_716_054_533e-1,
+        7.703_815_055_590_194e-2,
+    ];
+    let mut out = ZERO;
+    for l in 0..WIDTH {
+        let size = x[l].abs();
+        let (whole, half) = (size * size, 0.5 * (1.0 - size));
+        let z = if size > 0.5 { half } else { whole };
+        let s = z.sqrt();
+        let p = z * (P[0] + z * (P[1] + z * (P[2] + z * (P[3] + z * (P[4] + z * P[5])))));
+        let q = 1.0 + z * (Q[0] + z * (Q[1] + z * (Q[2] + z * Q[3])));
+        let arcsine = s + s * (p / q);
+        let angle = if size > 0.5 {
+            2.0 * arcsine
+        } else {
+            core::f64::consts::FRAC_PI_2 - arcsine
+        };
+        out[l] = if x[l] < 0.0 {
+            core::f64::consts::PI - angle
+        } else {
+            angle
+        };
+    }
+    out
+}
+
 /// Transmittance from the start of a segment to its middle and to its end, from the extinction per
 /// length at start, middle and end (a parabola through the three).
 #[inline(always)]
@@ -114,6 +155,15 @@ mod tests {
             assert!((got / x.exp() - 1.0).abs() < 1e-13, "exp({x}) = {got}");
         }
         assert!((exp(&ZERO)[0] - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn acos_agrees_with_the_library() {
+        for i in -1000..=1000 {
+            let x = f64::from(i) * 1e-3;
+            let got = acos(&[x; WIDTH])[5];
+            assert!((got - x.acos()).abs() < 1e-15, "acos({x}) = {got}");
+        }
     }
 
     #[test]

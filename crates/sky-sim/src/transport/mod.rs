@@ -8,6 +8,7 @@
 //!
 //! Not modeled: refraction, polarization, horizontal variation of the air, the sun's disc.
 
+mod fan;
 mod field;
 mod lanes;
 mod medium;
@@ -19,9 +20,10 @@ mod template;
 use crate::optics::OpticalProfile;
 use crate::phase;
 use crate::quadrature::gauss_legendre;
-use field::{Corners, Field, Grid, Harmonics, as_f64};
+use fan::{FanScratch, FanSweep};
+use field::{Field, Grid, Harmonics, as_f64};
 use lanes::{Lanes, WIDTH, ZERO, add_scaled, simpson_transmittance};
-use medium::{LevelFinder, Medium};
+use medium::Medium;
 use path::{Path, Ray, Sampling};
 use rayon::prelude::*;
 use sky_core::direction::SkyDirection;
@@ -149,8 +151,10 @@ struct Diffuse {
 #[derive(Debug, Default)]
 struct Scratch {
     path: Path,
-    basis: Vec<f64>,
     sun: Vec<SunPlace>,
+    fan: FanScratch,
+    rays: Vec<Ray>,
+    /// `[ray * vectors + vector]`
     radiance: Vec<Lanes>,
 }
 
@@ -267,32 +271,53 @@ impl Transport {
             .chunk_by(same)
             .flat_map(|ring| ring.chunks(32))
             .collect();
+        let sun_cosine = sun_zenith.radians().cos();
         rings
             .par_iter()
             .map_init(Scratch::default, |scratch, ring| {
                 let cosine = ring[0].view_zenith.radians().cos();
-                let template = diffuse.then(|| {
-                    self.diffuse
-                        .template(radius, cosine, View::Observer, scratch)
-                });
-                let mut out = Vec::with_capacity(ring.len() * n);
-                for direction in *ring {
-                    let ray = Ray {
+                let rays: Vec<Ray> = ring
+                    .iter()
+                    .map(|direction| Ray {
                         radius,
                         cosine,
-                        sun_cosine: sun_zenith.radians().cos(),
+                        sun_cosine,
                         cos_gamma: direction.cos_scattering_angle(sun_zenith),
-                    };
-                    scratch.start(self.direct.medium.vectors);
-                    self.direct
-                        .add_single(&ray, &self.view_shells, &VIEW_SAMPLING, scratch);
-                    let first = out.len();
-                    out.extend((0..n).map(|i| scratch.radiance[i / WIDTH][i % WIDTH]));
-                    if let Some(template) = &template {
-                        scratch.start(self.diffuse.air.medium.vectors);
-                        self.diffuse
-                            .add_diffuse(&ray, template, &self.diffuse.field, scratch);
-                        self.spread.add(&scratch.radiance, &mut out[first..]);
+                    })
+                    .collect();
+                let mut out = Vec::with_capacity(ring.len() * n);
+                let vectors = self.direct.medium.vectors;
+                let mut radiance = vec![ZERO; vectors];
+                for ray in &rays {
+                    radiance.fill(ZERO);
+                    self.direct.add_single(
+                        ray,
+                        &self.view_shells,
+                        &VIEW_SAMPLING,
+                        scratch,
+                        &mut radiance,
+                    );
+                    out.extend(radiance.iter().flatten().take(n));
+                }
+                if diffuse {
+                    let template = self
+                        .diffuse
+                        .template(radius, cosine, View::Observer, scratch);
+                    let vectors = self.diffuse.air.medium.vectors;
+                    let mut radiance = vec![ZERO; rays.len() * vectors];
+                    let field = &self.diffuse.field;
+                    self.diffuse.add_diffuse(
+                        &rays,
+                        &template,
+                        field,
+                        &mut scratch.fan,
+                        &mut radiance,
+                    );
+                    for (light, out) in radiance
+                        .chunks_exact(vectors)
+                        .zip(out.chunks_exact_mut(n))
+                    {
+                        self.spread.add(light, out);
                     }
                 }
                 out
@@ -311,14 +336,6 @@ enum View {
     Observer,
 }
 
-impl Scratch {
-    /// Clears the radiance for a new ray.
-    fn start(&mut self, vectors: usize) {
-        self.radiance.clear();
-        self.radiance.resize(vectors, ZERO);
-    }
-}
-
 impl Diffuse {
     fn new(air: Sunlit, settings: &TransportSettings) -> Self {
         let top = air.medium.top_km();
@@ -335,14 +352,11 @@ impl Diffuse {
                 settings
                     .degree
                     .unwrap_or_else(|| degree_at(&air.medium, *z))
+                    .min(HIGHEST_DEGREE)
             })
             .collect();
         let degree = degrees.iter().copied().max().unwrap_or(2);
-        let grid = Grid {
-            shells: LevelFinder::new(&shells),
-            columns: LevelFinder::new(&settings.columns_deg),
-            counts: degrees.iter().map(|d| (d + 1) * (d + 2) / 2).collect(),
-        };
+        let grid = Grid::new(&shells, &settings.columns_deg, degrees);
         let mut field_shells = air.medium.segment_levels(FIELD_SHELLS);
         field_shells.extend(&shells);
         field_shells.sort_by(f64::total_cmp);
@@ -471,13 +485,20 @@ impl Diffuse {
     /// Without a source field, the first order.
     fn gather(&self, rays: &[Vec<Ring>], source: Option<&Field>) -> Field {
         let (vectors, count) = (self.air.medium.vectors, self.harmonics.count());
-        let columns = self.grid.columns.levels();
-        let shells = rays.len();
+        let rings: Vec<&Ring> = rays.iter().flatten().collect();
+        let waves: Vec<Vec<Lanes>> = rings
+            .par_iter()
+            .map_init(Scratch::default, |scratch, ring| {
+                self.ring_waves(ring, source, scratch)
+            })
+            .collect();
+        let (shells, per_shell) = (rays.len(), rays[0].len());
         let nodes: Vec<(Vec<Lanes>, Vec<Lanes>)> = (0..self.grid.nodes())
             .into_par_iter()
-            .map_init(Scratch::default, |scratch, node| {
+            .map(|node| {
                 let (shell, column) = (node % shells, node / shells);
-                self.gather_node(shell, columns[column], &rays[shell], source, scratch)
+                let waves = &waves[shell * per_shell..(shell + 1) * per_shell];
+                self.gather_node(shell, column, &rays[shell], waves)
             })
             .collect();
         let mut field = Field::default();
@@ -491,59 +512,94 @@ impl Diffuse {
         field
     }
 
-    /// Moments at one node, and the irradiance on a horizontal plane there.
-    fn gather_node(
-        &self,
-        shell: usize,
-        column_deg: f64,
-        rings: &[Ring],
-        source: Option<&Field>,
-        scratch: &mut Scratch,
-    ) -> (Vec<Lanes>, Vec<Lanes>) {
-        let (vectors, count) = (self.air.medium.vectors, self.harmonics.count());
-        let z = self.grid.shells.levels()[shell];
-        let sun_cosine = Angle::from_degrees(column_deg).radians().cos();
-        let mut moments = vec![ZERO; vectors * count];
-        let mut irradiance = vec![ZERO; vectors];
-        let mut basis = vec![0.0; count];
-        for Ring {
+    /// Radiance around a ring, times each `cos mφ` and the solid angle, for the sun of every column:
+    /// `[(column * vectors + vector) * orders + order]`.
+    fn ring_waves(&self, ring: &Ring, source: Option<&Field>, scratch: &mut Scratch) -> Vec<Lanes> {
+        let Ring {
             template,
             weight,
             cos_azimuth,
-        } in rings
-        {
-            for cos_azimuth in cos_azimuth {
-                let mu = template.cosine;
-                let sines = ((1.0 - mu * mu) * (1.0 - sun_cosine * sun_cosine))
-                    .max(0.0)
-                    .sqrt();
-                let ray = Ray {
+        } = ring;
+        let (vectors, orders) = (self.air.medium.vectors, self.harmonics.degree + 1);
+        let columns = self.grid.columns.levels();
+        let mu = template.cosine;
+        scratch.rays.clear();
+        for column_deg in columns {
+            let sun_cosine = Angle::from_degrees(*column_deg).radians().cos();
+            let sines = ((1.0 - mu * mu) * (1.0 - sun_cosine * sun_cosine))
+                .max(0.0)
+                .sqrt();
+            scratch
+                .rays
+                .extend(cos_azimuth.iter().map(|cos_azimuth| Ray {
                     radius: template.radius,
                     cosine: mu,
                     sun_cosine,
                     cos_gamma: (mu * sun_cosine + sines * cos_azimuth).clamp(-1.0, 1.0),
-                };
-                scratch.start(vectors);
-                match source {
-                    None => self.air.add_sunlight(&ray, template, scratch),
-                    Some(field) => self.add_diffuse(&ray, template, field, scratch),
+                }));
+        }
+        let Scratch {
+            sun,
+            fan,
+            rays,
+            radiance,
+            ..
+        } = scratch;
+        radiance.clear();
+        radiance.resize(rays.len() * vectors, ZERO);
+        match source {
+            None => {
+                for (ray, radiance) in rays.iter().zip(radiance.chunks_exact_mut(vectors)) {
+                    self.air.add_sunlight(ray, template, sun, radiance);
                 }
-                self.harmonics.evaluate(mu, *cos_azimuth, &mut basis);
-                for v in 0..vectors {
-                    for (k, y) in basis.iter().enumerate() {
-                        add_scaled(
-                            &mut moments[v * count + k],
-                            weight * y,
-                            &scratch.radiance[v],
-                        );
-                    }
-                    if mu > 0.0 {
-                        add_scaled(&mut irradiance[v], weight * mu, &scratch.radiance[v]);
-                    }
+            }
+            Some(field) => self.add_diffuse(rays, template, field, fan, radiance),
+        }
+        let mut waves = vec![ZERO; columns.len() * vectors * orders];
+        let around = cos_azimuth.len();
+        for (i, light) in radiance.iter().enumerate() {
+            let (ray, v) = (i / vectors, i % vectors);
+            let (column, azimuth) = (ray / around, ray % around);
+            let cos_azimuth = cos_azimuth[azimuth];
+            let (mut before, mut cos_m) = (cos_azimuth, 1.0); // cos(-φ), cos(0)
+            let first = (column * vectors + v) * orders;
+            for wave in &mut waves[first..first + orders] {
+                add_scaled(wave, weight * cos_m, light);
+                (before, cos_m) = (cos_m, 2.0 * cos_azimuth * cos_m - before);
+            }
+        }
+        waves
+    }
+
+    /// Moments at one node, and the irradiance on a horizontal plane there.
+    fn gather_node(
+        &self,
+        shell: usize,
+        column: usize,
+        rings: &[Ring],
+        waves: &[Vec<Lanes>],
+    ) -> (Vec<Lanes>, Vec<Lanes>) {
+        let (vectors, count) = (self.air.medium.vectors, self.harmonics.count());
+        let orders = self.harmonics.degree + 1;
+        let mut moments = vec![ZERO; vectors * count];
+        let mut irradiance = vec![ZERO; vectors];
+        let mut functions = vec![0.0; count];
+        for (ring, waves) in rings.iter().zip(waves) {
+            let mu = ring.template.cosine;
+            self.harmonics.evaluate(mu, &mut functions);
+            for v in 0..vectors {
+                let waves = &waves[(column * vectors + v) * orders..][..orders];
+                let moments = &mut moments[v * count..(v + 1) * count];
+                let harmonics = self.harmonics.orders_and_degrees().zip(&functions);
+                for (moment, ((m, _), y)) in moments.iter_mut().zip(harmonics) {
+                    add_scaled(moment, *y, &waves[m]);
+                }
+                if mu > 0.0 {
+                    add_scaled(&mut irradiance[v], mu, &waves[0]);
                 }
             }
         }
-        self.weight_by_phase(z, &mut moments);
+        self.weight_by_phase(self.grid.shells.levels()[shell], &mut moments);
         (moments, irradiance)
     }
 
@@ -561,7 +617,7 @@ impl Diffuse {
                 &self.air.medium.g_weight,
             ]
             .map(|table| self.air.medium.at(table, place, v));
-            for (k, degree) in self.harmonics.degrees().enumerate() {
+            for (k, (_, degree)) in self.harmonics.orders_and_degrees().enumerate() {
                 let power = i32::try_from(degree).unwrap_or(0);
                 let ray = match degree {
                     0 => 1.0,
@@ -582,38 +638,25 @@ impl Diffuse {
         }
     }
 
-    /// Adds the diffuse light that a field sends along a ray to `scratch.radiance`.
-    fn add_diffuse(&self, ray: &Ray, template: &Template, field: &Field, scratch: &mut Scratch) {
-        let (vectors, count) = (self.air.medium.vectors, self.harmonics.count());
-        let Scratch {
-            basis, radiance, ..
-        } = scratch;
-        basis.resize(count, 0.0);
-        let last = template.stops.len() - 1;
-        for (k, stop) in template.stops.iter().enumerate() {
-            let sun_cosine = sun_cosine_at(ray, stop);
-            let corners = self.grid.corners(stop.shell, sun_cosine, field);
-            self.harmonics
-                .evaluate(stop.cosine, cos_azimuth_at(ray, stop, sun_cosine), basis);
-            let used = &basis[..corners.count];
-            let weights = &template.weights[k * vectors..(k + 1) * vectors];
-            let ground = if k == last {
-                template.ground.as_slice()
-            } else {
-                &[]
-            };
-            pulp::Arch::new().dispatch(DiffuseStop {
-                field,
-                corners: &corners,
-                stride: count,
-                basis: used,
-                weights,
-                ground,
-                reflectance: self.air.reflectance,
-                shells: self.grid.shells.levels().len(),
-                radiance,
-            });
-        }
+    /// Adds the diffuse light that a field sends along the rays that share a template.
+    fn add_diffuse(
+        &self,
+        rays: &[Ray],
+        template: &Template,
+        field: &Field,
+        scratch: &mut FanScratch,
+        radiance: &mut [Lanes],
+    ) {
+        pulp::Arch::new().dispatch(FanSweep {
+            grid: &self.grid,
+            harmonics: &self.harmonics,
+            field,
+            template,
+            rays,
+            reflectance: self.air.reflectance,
+            scratch,
+            radiance,
+        });
     }
 }
 
@@ -627,10 +670,15 @@ impl Sunlit {
         }
     }
 
-    /// Adds sunlight scattered once to `scratch.radiance`, read at the template's stops alone: enough
+    /// Adds sunlight scattered once to `radiance`, read at the template's stops alone: enough
     /// for the source of the next order.
-    fn add_sunlight(&self, ray: &Ray, template: &Template, scratch: &mut Scratch) {
-        let Scratch { sun, radiance, .. } = scratch;
+    fn add_sunlight(
+        &self,
+        ray: &Ray,
+        template: &Template,
+        sun: &mut Vec<SunPlace>,
+        radiance: &mut [Lanes],
+    ) {
         sun.clear();
         sun.extend(
             template
@@ -651,14 +699,16 @@ impl Sunlit {
         }
     }
 
-    /// Adds sunlight scattered once, by air or ground, along a ray to `scratch.radiance`.
-    fn add_single(&self, ray: &Ray, shells: &[f64], sampling: &Sampling, scratch: &mut Scratch) {
-        let Scratch {
-            path,
-            sun,
-            radiance,
-            ..
-        } = scratch;
+    /// Adds sunlight scattered once, by air or ground, along a ray to `radiance`.
+    fn add_single(
+        &self,
+        ray: &Ray,
+        shells: &[f64],
+        sampling: &Sampling,
+        scratch: &mut Scratch,
+        radiance: &mut [Lanes],
+    ) {
+        let Scratch { path, sun, .. } = scratch;
         path.trace(ray, &self.medium, shells, sampling);
         sun.clear();
         sun.extend(
@@ -676,74 +726,6 @@ impl Sunlit {
                 reflectance: self.reflectance,
                 radiance,
             });
-        }
-    }
-}
-
-/// Inner loop: the diffuse source at one stop of a ray, all wavelengths.
-struct DiffuseStop<'a> {
-    field: &'a Field,
-    corners: &'a Corners,
-    /// Harmonics stored for each node and vector.
-    stride: usize,
-    basis: &'a [f64],
-    weights: &'a [Lanes],
-    ground: &'a [Lanes],
-    reflectance: f64,
-    shells: usize,
-    radiance: &'a mut [Lanes],
-}
-
-impl pulp::NullaryFnOnce for DiffuseStop<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        let Self {
-            field,
-            corners,
-            stride,
-            basis,
-            weights,
-            ground,
-            reflectance,
-            shells,
-            radiance,
-        } = self;
-        let vectors = radiance.len();
-        for (v, out) in radiance.iter_mut().enumerate() {
-            // one chain of sums for each corner, so that additions need not wait for one another
-            let moments = corners.node.map(|node| {
-                let first = (node * vectors + v) * stride;
-                &field.moments[first..first + basis.len()]
-            });
-            let mut sums = [ZERO; 4];
-            for (k, y) in basis.iter().enumerate() {
-                for (sum, moments) in sums.iter_mut().zip(&moments) {
-                    add_scaled(sum, *y, &moments[k]);
-                }
-            }
-            let mut s = ZERO;
-            for (weight, sum) in corners.weight.iter().zip(&sums) {
-                add_scaled(&mut s, *weight, sum);
-            }
-            for l in 0..WIDTH {
-                out[l] += weights[v][l] * s[l].max(0.0);
-            }
-            if let Some(through) = ground.get(v) {
-                let mut irradiance = ZERO;
-                for c in 0..4 {
-                    let row = corners.node[c] / shells * vectors + v;
-                    add_scaled(
-                        &mut irradiance,
-                        corners.weight[c],
-                        &field.ground_irradiance[row],
-                    );
-                }
-                for l in 0..WIDTH {
-                    out[l] += through[l] * irradiance[l] * reflectance;
-                }
-            }
         }
     }
 }
@@ -894,18 +876,6 @@ fn sun_cosine_at(ray: &Ray, stop: &Stop) -> f64 {
     ((ray.radius * ray.sun_cosine + stop.length * ray.cos_gamma) / stop.radius).clamp(-1.0, 1.0)
 }
 
-/// Cosine of the azimuth between ray and sun in the frame of the stop.
-fn cos_azimuth_at(ray: &Ray, stop: &Stop, sun_cosine: f64) -> f64 {
-    let sines = ((1.0 - stop.cosine * stop.cosine) * (1.0 - sun_cosine * sun_cosine))
-        .max(0.0)
-        .sqrt();
-    if sines > 1e-9 {
-        ((ray.cos_gamma - stop.cosine * sun_cosine) / sines).clamp(-1.0, 1.0)
-    } else {
-        1.0
-    }
-}
-
 /// Highest degree of harmonics that the phase function at an altitude asks for: the source of the
 /// diffuse light is a convolution, and light that has been scattered twice has the product of two
 /// moments.
@@ -921,13 +891,15 @@ fn degree_at(medium: &Medium, z: f64) -> usize {
         }
     });
     let g = medium.largest_g;
-    (2..=12_usize)
+    (2..=HIGHEST_DEGREE)
         .find(|l| {
             share * (2.0 * as_f64(*l) + 3.0) * g.powi(2).powf(as_f64(*l) + 1.0)
                 < HARMONICS_TOLERANCE
         })
-        .unwrap_or(12)
+        .unwrap_or(HIGHEST_DEGREE)
 }
 
+/// Harmonics beyond this degree are not used.
+const HIGHEST_DEGREE: usize = 12;
 /// Largest neglected moment of doubly scattered light, relative to its mean.
 const HARMONICS_TOLERANCE: f64 = 0.1;
