@@ -5,7 +5,7 @@
 //! of them, which leaves each ray a short sum over their order.
 
 use super::field::{Field, Grid, Harmonics};
-use super::lanes::{Lanes, WIDTH, ZERO, acos, add_scaled, exp};
+use super::lanes::{Lanes, WIDTH, ZERO, acos, add_scaled, exp, lane};
 use super::path::Ray;
 use super::template::{Stop, Template};
 use sky_core::quantity::Angle;
@@ -14,9 +14,9 @@ use sky_core::quantity::Angle;
 #[derive(Debug, Default)]
 pub(super) struct FanScratch {
     readings: Vec<Readings>,
-    harmonics: Vec<f64>,
+    harmonics: Vec<f32>,
     log_scale: Vec<f64>,
-    cubics: Vec<[f64; 4]>,
+    cubics: Vec<[f32; 4]>,
     folded: Vec<Lanes>,
     irradiance: Vec<Lanes>,
 }
@@ -90,7 +90,7 @@ impl FanSweep<'_> {
         let sine_square = (1.0 - stop.cosine) * (1.0 + stop.cosine);
         for rays in self.rays.chunks(WIDTH) {
             let ray = |i: usize| &rays[i.min(rays.len() - 1)];
-            let (mut sun_cosine, mut cos_azimuth) = (ZERO, ZERO);
+            let (mut sun_cosine, mut cos_azimuth) = ([0.0; WIDTH], ZERO);
             for i in 0..WIDTH {
                 let Ray {
                     radius,
@@ -103,7 +103,7 @@ impl FanSweep<'_> {
                 let sines = (sine_square * (1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt();
                 let azimuth = (cos_gamma - stop.cosine * cosine) / sines.max(1e-9);
                 cos_azimuth[i] = if sines > 1e-9 {
-                    azimuth.clamp(-1.0, 1.0)
+                    lane(azimuth.clamp(-1.0, 1.0))
                 } else {
                     1.0
                 };
@@ -121,7 +121,7 @@ impl FanSweep<'_> {
                     .columns
                     .find(Angle::from_radians(sun_zenith[i]).degrees());
                 readings.column[i] = column.level;
-                readings.fraction[i] = column.fraction;
+                readings.fraction[i] = lane(column.fraction);
                 first = first.min(column.level);
                 last = last.max(column.level + 1);
             }
@@ -156,7 +156,7 @@ impl FanSweep<'_> {
                         for (y, moment) in functions.iter().zip(moments) {
                             add_scaled(&mut one, *y, moment);
                         }
-                        add_scaled(&mut sum, share * field.inverse_scale[node], &one);
+                        add_scaled(&mut sum, lane(share * field.inverse_scale[node]), &one);
                     }
                     scratch.folded.push(sum);
                 }
@@ -175,7 +175,9 @@ impl FanSweep<'_> {
         scratch.cubics.clear();
         scratch
             .cubics
-            .extend((first..last).map(|column| grid.log_scale_between(column, &scratch.log_scale)));
+            .extend((first..last).map(|column| {
+                grid.log_scale_between(column, &scratch.log_scale).map(lane)
+            }));
     }
 
     /// Weights of the two columns around each of eight rays.
@@ -252,7 +254,7 @@ impl FanSweep<'_> {
                 .sum();
             for v in 0..vectors {
                 let row = &self.field.ground_irradiance[column * vectors + v];
-                scratch.irradiance.push(row.map(|e| share * e));
+                scratch.irradiance.push(row.map(|e| lane(share) * e));
             }
         }
         for (rays, readings) in self
@@ -267,7 +269,7 @@ impl FanSweep<'_> {
                 for (v, out) in radiance.iter_mut().enumerate() {
                     for l in 0..WIDTH {
                         let irradiance = weights[0][i] * low[v][l] + weights[1][i] * high[v][l];
-                        out[l] += self.template.ground[v][l] * irradiance * self.reflectance;
+                        out[l] += self.template.ground[v][l] * irradiance * lane(self.reflectance);
                     }
                 }
             }

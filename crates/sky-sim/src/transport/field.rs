@@ -3,7 +3,7 @@
 //! One such field serves every observer and every sun: on a sphere under parallel light the field
 //! depends on altitude and on the local sun zenith angle alone.
 
-use super::lanes::{Lanes, WIDTH};
+use super::lanes::{Lanes, WIDTH, lane};
 use super::medium::LevelFinder;
 
 /// Real spherical harmonics, even in azimuth, orthonormal over the sphere, up to a degree.
@@ -61,7 +61,7 @@ impl Harmonics {
     }
 
     /// All functions without their azimuth, which is `cos mφ`; `out` has `count()` entries.
-    pub(super) fn evaluate(&self, cosine: f64, out: &mut [f64]) {
+    pub(super) fn evaluate(&self, cosine: f64, out: &mut [f32]) {
         let sine = ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt();
         let mut diagonal = 1.0;
         for m in 0..=self.degree {
@@ -74,7 +74,7 @@ impl Harmonics {
                     let [a, b] = self.rise[i];
                     (before, last) = (last, a * cosine * last - b * before);
                 }
-                out[i] = last * self.norms[i];
+                out[i] = lane(last * self.norms[i]);
             }
             diagonal *= sine * (2.0 * as_f64(m) + 1.0);
         }
@@ -170,6 +170,9 @@ impl Grid {
 /// Beyond this local sun zenith angle single scattering ends within the grid's columns.
 const LAST_SMOOTH_COLUMN_DEG: f64 = 95.0;
 
+/// Least size of a field: light fainter than this is not told apart from darkness.
+const DARK: f64 = 1e-25;
+
 /// Moments of the field at each node of the grid, already weighted by the phase function: the source
 /// of a direction, per unit scattering coefficient, is the sum of moments times harmonics.
 #[derive(Clone, Debug, Default)]
@@ -216,12 +219,16 @@ impl Field {
         }
     }
 
-    /// Sets the size of the field at each node: the sum over wavelength of the zeroth moment.
+    /// Sets the size of the field at each node: the sum over wavelength of the zeroth moment, in lanes'
+    /// range with its inverse.
     pub(super) fn measure(&mut self, vectors: usize, count: usize) {
         let sizes = self
             .moments
             .chunks_exact(vectors * count)
-            .map(|node| node.iter().step_by(count).flatten().sum::<f64>().max(1e-30));
+            .map(|node| {
+                let zeroth = node.iter().step_by(count).flatten();
+                zeroth.map(|x| f64::from(*x)).sum::<f64>().max(DARK)
+            });
         self.inverse_scale = sizes.clone().map(|s| 1.0 / s).collect();
         self.log_scale = sizes.map(f64::ln).collect();
     }
@@ -236,16 +243,16 @@ mod tests {
         let h = Harmonics::new(5);
         let n = h.count();
         let mut gram = vec![0.0; n * n];
-        let mut y = vec![0.0; n];
+        let (mut y, mut functions) = (vec![0.0; n], vec![0.0; n]);
         // midpoint in azimuth, Gauss-Legendre by brute force in cosine
         let (steps, azimuths) = (4000_u32, 24_u32);
         for i in 0..steps {
             let mu = -1.0 + 2.0 * (f64::from(i) + 0.5) / f64::from(steps);
             for k in 0..azimuths {
                 let phi = core::f64::consts::TAU * (f64::from(k) + 0.5) / f64::from(azimuths);
-                h.evaluate(mu, &mut y);
-                for ((m, _), y) in h.orders_and_degrees().zip(&mut y) {
-                    *y *= (as_f64(m) * phi).cos();
+                h.evaluate(mu, &mut functions);
+                for (((m, _), f), y) in h.orders_and_degrees().zip(&functions).zip(&mut y) {
+                    *y = f64::from(*f) * (as_f64(m) * phi).cos();
                 }
                 let w = 2.0 / f64::from(steps) * core::f64::consts::TAU / f64::from(azimuths);
                 for a in 0..n {

@@ -22,7 +22,7 @@ use crate::phase;
 use crate::quadrature::gauss_legendre;
 use fan::{FanScratch, FanSweep};
 use field::{Field, Grid, Harmonics, as_f64};
-use lanes::{Lanes, WIDTH, ZERO, add_scaled, simpson_transmittance};
+use lanes::{Lanes, WIDTH, ZERO, add_scaled, lane, simpson_transmittance};
 use medium::Medium;
 use path::{Path, Ray, Sampling};
 use rayon::prelude::*;
@@ -297,7 +297,7 @@ impl Transport {
                         scratch,
                         &mut radiance,
                     );
-                    out.extend(radiance.iter().flatten().take(n));
+                    out.extend(radiance.iter().flatten().take(n).map(|x| f64::from(*x)));
                 }
                 if diffuse {
                     let template = self
@@ -427,7 +427,7 @@ impl Diffuse {
                         let q = (fresh[i][l] / fallen[i][l]).min(0.99);
                         tail[l] = q / (1.0 - q);
                         let limit = sum[i][l] + tail[l] * fresh[i][l];
-                        share = share.max((limit / last_limit[i][l] - 1.0).abs());
+                        share = share.max(f64::from((limit / last_limit[i][l] - 1.0).abs()));
                         last_limit[i][l] = limit;
                     }
                 }
@@ -564,7 +564,7 @@ impl Diffuse {
             let (mut before, mut cos_m) = (cos_azimuth, 1.0); // cos(-φ), cos(0)
             let first = (column * vectors + v) * orders;
             for wave in &mut waves[first..first + orders] {
-                add_scaled(wave, weight * cos_m, light);
+                add_scaled(wave, lane(weight * cos_m), light);
                 (before, cos_m) = (cos_m, 2.0 * cos_azimuth * cos_m - before);
             }
         }
@@ -595,7 +595,7 @@ impl Diffuse {
                     add_scaled(moment, *y, &waves[m]);
                 }
                 if mu > 0.0 {
-                    add_scaled(&mut irradiance[v], mu, &waves[0]);
+                    add_scaled(&mut irradiance[v], lane(mu), &waves[0]);
                 }
             }
         }
@@ -621,7 +621,7 @@ impl Diffuse {
                 let power = i32::try_from(degree).unwrap_or(0);
                 let ray = match degree {
                     0 => 1.0,
-                    2 => rayleigh_2,
+                    2 => lane(rayleigh_2),
                     _ => 0.0,
                 };
                 let lanes = &mut moments[v * count + k];
@@ -755,7 +755,7 @@ impl pulp::NullaryFnOnce for SunlitStops<'_> {
             reflectance,
             radiance,
         } = self;
-        let rayleigh_phase = phase::rayleigh(ray.cos_gamma, m.depolarization);
+        let rayleigh_phase = lane(phase::rayleigh(ray.cos_gamma, m.depolarization));
         let vectors = radiance.len();
         for (k, stop) in template.stops.iter().enumerate() {
             if !sun[k].lit {
@@ -783,7 +783,7 @@ impl pulp::NullaryFnOnce for SunlitStops<'_> {
             for (v, through) in template.ground.iter().enumerate() {
                 let t = table.transmittance(&sun[last], v);
                 for l in 0..WIDTH {
-                    radiance[v][l] += through[l] * t[l] * cosine * reflectance;
+                    radiance[v][l] += through[l] * t[l] * lane(cosine * reflectance);
                 }
             }
         }
@@ -804,7 +804,7 @@ struct SingleSweep<'a> {
 impl SingleSweep<'_> {
     /// Light scattered towards the eye per kilometre at a point of the path.
     #[inline(always)]
-    fn source(&self, i: usize, v: usize, rayleigh_phase: f64) -> Lanes {
+    fn source(&self, i: usize, v: usize, rayleigh_phase: f32) -> Lanes {
         let (m, mu) = (self.medium, self.cos_gamma);
         if !self.sun[i].lit {
             return ZERO;
@@ -840,7 +840,7 @@ impl pulp::NullaryFnOnce for SingleSweep<'_> {
 
     #[inline(always)]
     fn call(mut self) {
-        let rayleigh_phase = phase::rayleigh(self.cos_gamma, self.medium.depolarization);
+        let rayleigh_phase = lane(phase::rayleigh(self.cos_gamma, self.medium.depolarization));
         let path = self.path;
         let last = path.points.len() - 1;
         let cosine = path.points[last].sun_cosine;
@@ -852,11 +852,12 @@ impl pulp::NullaryFnOnce for SingleSweep<'_> {
             for (k, length) in path.lengths.iter().enumerate() {
                 let e_m = self.extinction(2 * k + 1, v);
                 let e_b = self.extinction(2 * k + 2, v);
-                let (middle, end) = simpson_transmittance(*length, &e_a, &e_m, &e_b);
+                let (middle, end) = simpson_transmittance(lane(*length), &e_a, &e_m, &e_b);
                 let j_m = self.source(2 * k + 1, v, rayleigh_phase);
                 let j_b = self.source(2 * k + 2, v, rayleigh_phase);
                 for l in 0..WIDTH {
-                    radiance[l] += through[l] * length / 6.0
+                    radiance[l] += through[l]
+                        * lane(*length / 6.0)
                         * (j_a[l] + 4.0 * j_m[l] * middle[l] + j_b[l] * end[l]);
                     through[l] *= end[l];
                 }
@@ -865,7 +866,7 @@ impl pulp::NullaryFnOnce for SingleSweep<'_> {
             if path.ground && cosine > 0.0 {
                 let t = self.table.transmittance(&self.sun[last], v);
                 for l in 0..WIDTH {
-                    radiance[l] += through[l] * t[l] * cosine * self.reflectance;
+                    radiance[l] += through[l] * t[l] * lane(cosine * self.reflectance);
                 }
             }
         }
@@ -885,7 +886,7 @@ fn degree_at(medium: &Medium, z: f64) -> usize {
     let aerosol = medium.at(&medium.aerosol, place, medium.vectors - 1);
     let share = (0..WIDTH).fold(0.0_f64, |s, l| {
         if all[l] > 0.0 {
-            s.max(aerosol[l] / all[l])
+            s.max(f64::from(aerosol[l] / all[l]))
         } else {
             s
         }

@@ -135,7 +135,7 @@ impl Spread {
 
     /// Adds diffuse radiance at the solved wavelengths to a spectrum at all.
     pub(super) fn add(&self, diffuse: &[Lanes], spectrum: &mut [f64]) {
-        let light = |i: usize| diffuse[i / WIDTH][i % WIDTH];
+        let light = |i: usize| f64::from(diffuse[i / WIDTH][i % WIDTH]);
         let count = self.solved.len();
         if self.cubic.is_empty() {
             for (i, out) in spectrum.iter_mut().enumerate() {

@@ -3,7 +3,7 @@
 //! Tabulated once as ln τ over altitude and the cosine of the local sun zenith angle. The second
 //! axis starts at the point's own geometric horizon, where the ground hides the sun.
 
-use super::lanes::{Lanes, ZERO, add_scaled, exp};
+use super::lanes::{Lanes, ZERO, add_scaled, exp, lane};
 use super::medium::{Between, LevelFinder, Medium};
 use rayon::prelude::*;
 use sky_core::quantity::EARTH_RADIUS_KM;
@@ -14,7 +14,7 @@ const SAMPLES_F: f64 = 72.0;
 /// Width of the fine part of the sun's axis, in cosine.
 const FINE: f64 = 0.02;
 /// Optical depths below this are zero for us; keeps the logarithm finite.
-const TINY: f64 = 1e-14;
+const TINY: f32 = 1e-14;
 
 /// ln τ on levels × sun positions × wavelengths.
 #[derive(Clone, Debug)]
@@ -29,7 +29,7 @@ pub(super) struct SunTable {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct SunPlace {
     rows: [usize; 8],
-    weights: [f64; 8],
+    weights: [f32; 8],
     pub(super) lit: bool,
 }
 
@@ -120,7 +120,7 @@ impl SunTable {
             let share = if side == 0 { 1.0 - fraction } else { fraction };
             for (k, w) in w.iter().enumerate() {
                 place.rows[side * 4 + k] = ((level + side) * SAMPLES + first + k) * self.vectors;
-                place.weights[side * 4 + k] = w * share;
+                place.weights[side * 4 + k] = lane(w * share);
             }
         }
         place
@@ -183,14 +183,11 @@ fn shells_above(medium: &Medium, from: f64, to: f64, impact: f64, out: &mut [Lan
             let z_middle = impact.hypot(middle) - EARTH_RADIUS_KM;
             let f = |z: f64| ((z - levels[k]) / (levels[k + 1] - levels[k])).clamp(0.0, 1.0);
             let upper = (f(a) + 4.0 * f(z_middle) + f(b)) / 6.0;
+            let (below, above) = (lane(path * (1.0 - upper)), lane(path * upper));
             for (v, lanes) in out.iter_mut().enumerate() {
                 let row = k * medium.vectors + v;
-                add_scaled(lanes, path * (1.0 - upper), &medium.extinction[row]);
-                add_scaled(
-                    lanes,
-                    path * upper,
-                    &medium.extinction[row + medium.vectors],
-                );
+                add_scaled(lanes, below, &medium.extinction[row]);
+                add_scaled(lanes, above, &medium.extinction[row + medium.vectors]);
             }
             length_a = length_b;
         }

@@ -5,7 +5,7 @@
 //! the same attenuation. It is integrated finely once; what remains of a ray is a short weighted sum.
 
 use super::field::Grid;
-use super::lanes::{Lanes, WIDTH, ZERO, simpson_transmittance};
+use super::lanes::{Lanes, WIDTH, ZERO, lane, simpson_transmittance};
 use super::medium::{Between, Medium};
 use super::path::{Path, Ray, Sampling};
 
@@ -93,7 +93,7 @@ impl Template {
             for (k, length) in path.lengths.iter().enumerate() {
                 let [e_m, e_b] =
                     [1, 2].map(|i| medium.at(&medium.extinction, path.points[2 * k + i].place, v));
-                let (middle, end) = simpson_transmittance(*length, &extinction, &e_m, &e_b);
+                let (middle, end) = simpson_transmittance(lane(*length), &extinction, &e_m, &e_b);
                 for (i, simpson) in [(0, 1.0), (1, 4.0), (2, 1.0)] {
                     let point = &path.points[2 * k + i];
                     while stop + 2 < stops.len() && stops[stop + 1].length < point.length {
@@ -101,6 +101,8 @@ impl Template {
                     }
                     let span = (stops[stop + 1].length - stops[stop].length).max(1e-12);
                     let f = ((point.length - stops[stop].length) / span).clamp(0.0, 1.0);
+                    let share = length * simpson / 6.0;
+                    let shares = [lane((1.0 - f) * share), lane(f * share)];
                     for (table, weights) in [
                         (&medium.rayleigh, &mut rayleigh),
                         (&medium.aerosol, &mut aerosol),
@@ -112,9 +114,9 @@ impl Template {
                                 1 => through[l] * middle[l],
                                 _ => through[l] * end[l],
                             };
-                            let w = attenuation * scattering[l] * length * simpson / 6.0;
-                            weights[stop * vectors + v][l] += (1.0 - f) * w;
-                            weights[(stop + 1) * vectors + v][l] += f * w;
+                            let w = attenuation * scattering[l];
+                            weights[stop * vectors + v][l] += shares[0] * w;
+                            weights[(stop + 1) * vectors + v][l] += shares[1] * w;
                         }
                     }
                 }
@@ -175,4 +177,4 @@ impl Template {
 }
 
 /// Share of a ray's scattered light below which a stop is not read.
-const FAINT: f64 = 3e-4;
+const FAINT: f32 = 3e-4;
