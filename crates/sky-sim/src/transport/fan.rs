@@ -4,10 +4,12 @@
 //! local sun differ. So the source at a stop is summed over the degree of the harmonics once for all
 //! of them, which leaves each ray a short sum over their order.
 
-use super::field::{Field, Grid, Harmonics};
-use super::lanes::{Lanes, WIDTH, ZERO, acos, add_scaled, exp, lane};
+use super::field::{Grid, Harmonics, Shape, Source};
+use super::lanes::{Lanes, WIDTH, ZERO, acos, add_positive, add_scaled, exp, lane};
+use super::HIGHEST_DEGREE;
 use super::path::Ray;
 use super::template::{Stop, Template};
+use core::ops::Range;
 use sky_core::quantity::Angle;
 
 /// Buffers of one thread.
@@ -18,7 +20,6 @@ pub(super) struct FanScratch {
     log_scale: Vec<f64>,
     cubics: Vec<[f32; 4]>,
     folded: Vec<Lanes>,
-    irradiance: Vec<Lanes>,
 }
 
 /// Where eight rays read the field at a stop.
@@ -36,7 +37,7 @@ struct Readings {
 pub(super) struct FanSweep<'a> {
     pub(super) grid: &'a Grid,
     pub(super) harmonics: &'a Harmonics,
-    pub(super) field: &'a Field,
+    pub(super) source: &'a Source,
     pub(super) template: &'a Template,
     pub(super) rays: &'a [Ray],
     /// Ground albedo over π \[sr⁻¹\].
@@ -54,10 +55,10 @@ impl pulp::NullaryFnOnce for FanSweep<'_> {
         let last = self.template.stops.len() - 1;
         for (k, stop) in self.template.stops.iter().enumerate() {
             let columns = self.locate(stop);
-            self.fold(stop, columns);
-            self.add_air(k, columns.0);
+            self.fold(stop, &columns);
+            self.add_air(k, &columns);
             if k == last && !self.template.ground.is_empty() {
-                self.add_ground(stop, columns);
+                self.add_ground(&columns);
             }
         }
     }
@@ -82,38 +83,34 @@ impl FanSweep<'_> {
             .filter(|(_, share)| *share > 0.0)
     }
 
-    /// Finds where each ray reads the field at a stop; returns the first and last columns in use.
+    /// Finds where each ray reads the field at a stop; returns the columns in use.
     #[inline(always)]
-    fn locate(&mut self, stop: &Stop) -> (usize, usize) {
+    fn locate(&mut self, stop: &Stop) -> Range<usize> {
         self.scratch.readings.clear();
-        let (mut first, mut last) = (usize::MAX, 0);
+        let mut columns = usize::MAX..0;
         let sine_square = (1.0 - stop.cosine) * (1.0 + stop.cosine);
         for rays in self.rays.chunks(WIDTH) {
             let ray = |i: usize| &rays[i.min(rays.len() - 1)];
-            let (mut sun_cosine, mut cos_azimuth) = ([0.0; WIDTH], ZERO);
+            let cos_gamma: [f64; WIDTH] = core::array::from_fn(|i| ray(i).cos_gamma);
+            let start: [f64; WIDTH] = core::array::from_fn(|i| ray(i).radius * ray(i).sun_cosine);
+            let mut sun_cosine = [0.0; WIDTH];
             for i in 0..WIDTH {
-                let Ray {
-                    radius,
-                    sun_cosine: start,
-                    cos_gamma,
-                    ..
-                } = ray(i);
-                let cosine = ((radius * start + stop.length * cos_gamma) / stop.radius)
-                    .clamp(-1.0, 1.0);
-                let sines = (sine_square * (1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt();
-                let azimuth = (cos_gamma - stop.cosine * cosine) / sines.max(1e-9);
-                cos_azimuth[i] = if sines > 1e-9 {
-                    lane(azimuth.clamp(-1.0, 1.0))
-                } else {
-                    1.0
-                };
-                sun_cosine[i] = cosine;
+                let cosine = (start[i] + stop.length * cos_gamma[i]) / stop.radius;
+                sun_cosine[i] = cosine.clamp(-1.0, 1.0);
+            }
+            let mut azimuth = [0.0; WIDTH];
+            for i in 0..WIDTH {
+                let sun_sine_square = (1.0 - sun_cosine[i]) * (1.0 + sun_cosine[i]);
+                // where the sun or the ray is vertical, any azimuth is right
+                let sines = (sine_square * sun_sine_square).max(1e-18).sqrt();
+                let cosine = (cos_gamma[i] - stop.cosine * sun_cosine[i]) / sines;
+                azimuth[i] = cosine.clamp(-1.0, 1.0);
             }
             let sun_zenith = acos(&sun_cosine);
             let mut readings = Readings {
                 column: [0; WIDTH],
                 fraction: ZERO,
-                cos_azimuth,
+                cos_azimuth: azimuth.map(lane),
             };
             for i in 0..WIDTH {
                 let column = self
@@ -122,61 +119,64 @@ impl FanSweep<'_> {
                     .find(Angle::from_radians(sun_zenith[i]).degrees());
                 readings.column[i] = column.level;
                 readings.fraction[i] = lane(column.fraction);
-                first = first.min(column.level);
-                last = last.max(column.level + 1);
+                columns = columns.start.min(column.level)..columns.end.max(column.level + 2);
             }
             self.scratch.readings.push(readings);
         }
-        (first, last)
+        columns
     }
 
-    /// Sums the source at a stop over the degree of the harmonics, for columns `first..=last`:
-    /// `folded[(column * vectors + vector) * orders + order]`.
+    /// Sums the source at a stop over the degree of the harmonics:
+    /// `folded[(vector * orders + order) * columns + column]`.
     #[inline(always)]
-    fn fold(&mut self, stop: &Stop, (first, last): (usize, usize)) {
-        let vectors = self.vectors();
+    fn fold(&mut self, stop: &Stop, columns: &Range<usize>) {
+        let Shape {
+            columns: all,
+            count,
+            vectors,
+        } = self.source.field.shape;
         let degree = self.degree(stop);
-        let (grid, field, harmonics) = (self.grid, self.field, self.harmonics);
-        let count = harmonics.count();
         let scratch = &mut *self.scratch;
         scratch.harmonics.resize(count, 0.0);
-        harmonics.evaluate(stop.cosine, &mut scratch.harmonics);
+        self.harmonics
+            .evaluate(stop.cosine, &mut scratch.harmonics);
         scratch.folded.clear();
-        for column in first..=last {
-            for v in 0..vectors {
-                for m in 0..=degree {
-                    let from = harmonics.first(m);
-                    let functions = &scratch.harmonics[from..=from + degree - m];
-                    let mut sum = ZERO;
-                    for (shell, share) in Self::shells(stop) {
-                        let node = grid.node(shell, column);
-                        let at = (node * vectors + v) * count + from;
-                        let moments = &field.moments[at..at + functions.len()];
-                        let mut one = ZERO;
-                        for (y, moment) in functions.iter().zip(moments) {
-                            add_scaled(&mut one, *y, moment);
+        scratch
+            .folded
+            .resize(vectors * (degree + 1) * columns.len(), ZERO);
+        let mut sums = scratch.folded.chunks_exact_mut(columns.len());
+        for v in 0..vectors {
+            for m in 0..=degree {
+                let Some(sums) = sums.next() else { return };
+                let first = self.harmonics.first(m);
+                for (shell, share) in Self::shells(stop) {
+                    let row = ((shell * vectors + v) * count + first) * all;
+                    let moments = self.source.field.moments[row..].chunks_exact(all);
+                    let functions = &scratch.harmonics[first..=first + degree - m];
+                    for (y, moments) in functions.iter().zip(moments) {
+                        let factor = lane(share) * y;
+                        for (sum, moment) in sums.iter_mut().zip(&moments[columns.clone()]) {
+                            add_scaled(sum, factor, moment);
                         }
-                        add_scaled(&mut sum, lane(share * field.inverse_scale[node]), &one);
                     }
-                    scratch.folded.push(sum);
                 }
             }
         }
-        // What is interpolated linearly is the field divided by its size, the size itself by its
-        // logarithm.
         scratch.log_scale.clear();
-        scratch
-            .log_scale
-            .extend((0..grid.columns.levels().len()).map(|column| {
-                Self::shells(stop)
-                    .map(|(shell, share)| share * field.log_scale[grid.node(shell, column)])
-                    .sum::<f64>()
-            }));
+        scratch.log_scale.resize(all, 0.0);
+        for (shell, share) in Self::shells(stop) {
+            let row = &self.source.log_scale[shell * all..(shell + 1) * all];
+            for (sum, log_scale) in scratch.log_scale.iter_mut().zip(row) {
+                *sum += share * log_scale;
+            }
+        }
         scratch.cubics.clear();
         scratch
             .cubics
-            .extend((first..last).map(|column| {
-                grid.log_scale_between(column, &scratch.log_scale).map(lane)
+            .extend((columns.start..columns.end - 1).map(|column| {
+                self.grid
+                    .log_scale_between(column, &scratch.log_scale)
+                    .map(lane)
             }));
     }
 
@@ -200,7 +200,7 @@ impl FanSweep<'_> {
 
     /// Adds what the air around a stop sends along each ray.
     #[inline(always)]
-    fn add_air(&mut self, k: usize, first: usize) {
+    fn add_air(&mut self, k: usize, columns: &Range<usize>) {
         let vectors = self.vectors();
         let orders = self.degree(&self.template.stops[k]) + 1;
         let arriving = &self.template.weights[k * vectors..(k + 1) * vectors];
@@ -210,8 +210,8 @@ impl FanSweep<'_> {
             .chunks_mut(WIDTH * vectors)
             .zip(&scratch.readings)
         {
-            let weights = Self::weights(scratch, readings, first);
-            let mut cosines = [ZERO; super::HIGHEST_DEGREE + 1];
+            let weights = Self::weights(scratch, readings, columns.start);
+            let mut cosines = [ZERO; HIGHEST_DEGREE + 1];
             cosines[0] = [1.0; WIDTH];
             cosines[1] = readings.cos_azimuth;
             for m in 2..orders {
@@ -221,20 +221,19 @@ impl FanSweep<'_> {
                 }
             }
             for (i, radiance) in rays.chunks_exact_mut(vectors).enumerate() {
-                let at = (readings.column[i] - first) * vectors * orders;
-                let (low, high) = scratch.folded[at..].split_at(vectors * orders);
-                for (v, out) in radiance.iter_mut().enumerate() {
-                    let low = &low[v * orders..(v + 1) * orders];
-                    let high = &high[v * orders..(v + 1) * orders];
-                    let (mut a, mut b) = (ZERO, ZERO);
-                    for ((cosines, low), high) in cosines.iter().zip(low).zip(high) {
-                        add_scaled(&mut a, cosines[i], low);
-                        add_scaled(&mut b, cosines[i], high);
+                let column = readings.column[i] - columns.start;
+                let folded = scratch.folded.chunks_exact(columns.len() * orders);
+                for ((out, arriving), folded) in radiance.iter_mut().zip(arriving).zip(folded) {
+                    let (mut low, mut high) = (ZERO, ZERO);
+                    let orders = folded.chunks_exact(columns.len());
+                    for (cosines, columns) in cosines.iter().zip(orders) {
+                        add_scaled(&mut low, cosines[i], &columns[column]);
+                        add_scaled(&mut high, cosines[i], &columns[column + 1]);
                     }
-                    for l in 0..WIDTH {
-                        let source = weights[0][i] * a[l] + weights[1][i] * b[l];
-                        out[l] += arriving[v][l] * source.max(0.0);
-                    }
+                    let mut source = ZERO;
+                    add_scaled(&mut source, weights[0][i], &low);
+                    add_scaled(&mut source, weights[1][i], &high);
+                    add_positive(out, arriving, &source);
                 }
             }
         }
@@ -242,35 +241,26 @@ impl FanSweep<'_> {
 
     /// Adds what the ground at the last stop sends along each ray.
     #[inline(always)]
-    fn add_ground(&mut self, stop: &Stop, (first, last): (usize, usize)) {
+    fn add_ground(&mut self, columns: &Range<usize>) {
         let vectors = self.vectors();
-        let scratch = &mut *self.scratch;
-        scratch.irradiance.clear();
-        for column in first..=last {
-            let share: f64 = Self::shells(stop)
-                .map(|(shell, share)| {
-                    share * self.field.inverse_scale[self.grid.node(shell, column)]
-                })
-                .sum();
-            for v in 0..vectors {
-                let row = &self.field.ground_irradiance[column * vectors + v];
-                scratch.irradiance.push(row.map(|e| lane(share) * e));
-            }
-        }
+        let scratch = &*self.scratch;
+        let all = self.source.field.shape.columns;
         for (rays, readings) in self
             .radiance
             .chunks_mut(WIDTH * vectors)
             .zip(&scratch.readings)
         {
-            let weights = Self::weights(scratch, readings, first);
+            let weights = Self::weights(scratch, readings, columns.start);
             for (i, radiance) in rays.chunks_exact_mut(vectors).enumerate() {
-                let at = (readings.column[i] - first) * vectors;
-                let (low, high) = scratch.irradiance[at..].split_at(vectors);
-                for (v, out) in radiance.iter_mut().enumerate() {
-                    for l in 0..WIDTH {
-                        let irradiance = weights[0][i] * low[v][l] + weights[1][i] * high[v][l];
-                        out[l] += self.template.ground[v][l] * irradiance * lane(self.reflectance);
+                let rows = self.source.field.ground_irradiance.chunks_exact(all);
+                for ((out, through), row) in radiance.iter_mut().zip(&self.template.ground).zip(rows)
+                {
+                    let mut irradiance = ZERO;
+                    for side in 0..2 {
+                        let weight = weights[side][i] * lane(self.reflectance);
+                        add_scaled(&mut irradiance, weight, &row[readings.column[i] + side]);
                     }
+                    add_positive(out, through, &irradiance);
                 }
             }
         }

@@ -3,7 +3,7 @@
 //! One such field serves every observer and every sun: on a sphere under parallel light the field
 //! depends on altitude and on the local sun zenith angle alone.
 
-use super::lanes::{Lanes, WIDTH, lane};
+use super::lanes::{Lanes, WIDTH, add_scaled, lane};
 use super::medium::LevelFinder;
 
 /// Real spherical harmonics, even in azimuth, orthonormal over the sphere, up to a degree.
@@ -151,14 +151,6 @@ impl Grid {
         }
     }
 
-    pub(super) fn nodes(&self) -> usize {
-        self.shells.levels().len() * self.columns.levels().len()
-    }
-
-    pub(super) fn node(&self, shell: usize, column: usize) -> usize {
-        column * self.shells.levels().len() + shell
-    }
-
     /// Logarithm of the field's size between a column and the next, as a polynomial of the fraction
     /// of the way; `log_scale` has an entry for each column.
     pub(super) fn log_scale_between(&self, column: usize, log_scale: &[f64]) -> [f64; 4] {
@@ -173,64 +165,125 @@ const LAST_SMOOTH_COLUMN_DEG: f64 = 95.0;
 /// Least size of a field: light fainter than this is not told apart from darkness.
 const DARK: f64 = 1e-25;
 
-/// Moments of the field at each node of the grid, already weighted by the phase function: the source
-/// of a direction, per unit scattering coefficient, is the sum of moments times harmonics.
+/// Lengths of a field's tables.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Shape {
+    pub(super) columns: usize,
+    /// Spherical harmonics.
+    pub(super) count: usize,
+    pub(super) vectors: usize,
+}
+
+/// Light at each node of the grid as moments of spherical harmonics, already weighted by the phase
+/// function: the source of a direction, per unit scattering coefficient, is the sum of moments times
+/// harmonics.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Field {
-    /// `[(node * vectors + vector) * count + harmonic]`
+    pub(super) shape: Shape,
+    /// `[((shell * vectors + vector) * count + harmonic) * columns + column]`
     pub(super) moments: Vec<Lanes>,
-    /// Logarithm of the field's size at each node.
-    pub(super) log_scale: Vec<f64>,
-    /// One over the field's size at each node.
-    pub(super) inverse_scale: Vec<f64>,
-    /// Spectral irradiance on the ground, `[column * vectors + vector]`.
+    /// Spectral irradiance on the ground, `[vector * columns + column]`.
     pub(super) ground_irradiance: Vec<Lanes>,
 }
 
 impl Field {
-    /// Adds an order of scattering, or a multiple of it, `[column * vectors + vector]`.
-    pub(super) fn add(
-        &mut self,
-        order: &Self,
-        factor: Option<&[Lanes]>,
-        vectors: usize,
-        count: usize,
-    ) {
-        let shells = self.log_scale.len() * vectors / self.ground_irradiance.len();
-        let one = [1.0; WIDTH];
-        let factor =
-            |column: usize, vector: usize| factor.map_or(&one, |f| &f[column * vectors + vector]);
-        let add = |a: &mut Lanes, b: &Lanes, w: &Lanes| {
-            for l in 0..WIDTH {
-                a[l] += w[l] * b[l];
+    /// Adds an order of scattering, or a multiple of it, `[vector * columns + column]`.
+    pub(super) fn add(&mut self, order: &Self, factor: Option<&[Lanes]>) {
+        let Shape {
+            columns,
+            count,
+            vectors,
+        } = self.shape;
+        let ones = vec![[1.0; WIDTH]; columns];
+        let factors = |vector: usize| {
+            factor.map_or(ones.as_slice(), |f| {
+                &f[vector * columns..(vector + 1) * columns]
+            })
+        };
+        let add = |sum: &mut [Lanes], order: &[Lanes], factors: &[Lanes]| {
+            for ((a, b), w) in sum.iter_mut().zip(order).zip(factors) {
+                for l in 0..WIDTH {
+                    a[l] += w[l] * b[l];
+                }
             }
         };
-        for (i, (a, b)) in self.moments.iter_mut().zip(&order.moments).enumerate() {
-            let (node, vector) = (i / count / vectors, i / count % vectors);
-            add(a, b, factor(node / shells, vector));
+        let rows = self.moments.chunks_exact_mut(columns);
+        for (i, (a, b)) in rows.zip(order.moments.chunks_exact(columns)).enumerate() {
+            add(a, b, factors(i / count % vectors));
         }
-        for (i, (a, b)) in self
-            .ground_irradiance
-            .iter_mut()
-            .zip(&order.ground_irradiance)
-            .enumerate()
-        {
-            add(a, b, factor(i / vectors, i % vectors));
+        let rows = self.ground_irradiance.chunks_exact_mut(columns);
+        let order = order.ground_irradiance.chunks_exact(columns);
+        for (vector, (a, b)) in rows.zip(order).enumerate() {
+            add(a, b, factors(vector));
         }
     }
 
-    /// Sets the size of the field at each node: the sum over wavelength of the zeroth moment, in lanes'
-    /// range with its inverse.
-    pub(super) fn measure(&mut self, vectors: usize, count: usize) {
-        let sizes = self
-            .moments
-            .chunks_exact(vectors * count)
-            .map(|node| {
-                let zeroth = node.iter().step_by(count).flatten();
-                zeroth.map(|x| f64::from(*x)).sum::<f64>().max(DARK)
-            });
-        self.inverse_scale = sizes.clone().map(|s| 1.0 / s).collect();
-        self.log_scale = sizes.map(f64::ln).collect();
+    /// Zeroth moments at each shell, `[vector * columns + column]`.
+    fn zeroth(&self) -> impl Iterator<Item = impl Iterator<Item = &Lanes>> {
+        let Shape {
+            columns,
+            count,
+            vectors,
+        } = self.shape;
+        self.moments
+            .chunks_exact(columns * count * vectors)
+            .map(move |shell| {
+                shell
+                    .chunks_exact(columns * count)
+                    .flat_map(move |vector| &vector[..columns])
+            })
+    }
+
+    /// Zeroth moments summed over the shells, `[vector * columns + column]`.
+    pub(super) fn column_sums(&self) -> Vec<Lanes> {
+        let mut sums = vec![[0.0; WIDTH]; self.shape.vectors * self.shape.columns];
+        for shell in self.zeroth() {
+            for (sum, moment) in sums.iter_mut().zip(shell) {
+                add_scaled(sum, 1.0, moment);
+            }
+        }
+        sums
+    }
+}
+
+/// A field made ready to be read between the nodes of its grid: divided by its size at each node,
+/// which is the sum over wavelength of the zeroth moment. The divided field is interpolated linearly,
+/// the size by its logarithm.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Source {
+    /// The field, divided by its size.
+    pub(super) field: Field,
+    /// Logarithm of the size, `[shell * columns + column]`.
+    pub(super) log_scale: Vec<f64>,
+}
+
+impl Source {
+    pub(super) fn new(mut field: Field) -> Self {
+        let columns = field.shape.columns;
+        let mut log_scale = Vec::new();
+        let mut inverse = Vec::new();
+        for shell in field.zeroth() {
+            let mut sizes = vec![0.0; columns];
+            for (i, moment) in shell.enumerate() {
+                sizes[i % columns] += moment.iter().map(|x| f64::from(*x)).sum::<f64>();
+            }
+            let sizes = sizes.into_iter().map(|s| s.max(DARK));
+            inverse.push(sizes.clone().map(|s| lane(1.0 / s)).collect::<Vec<_>>());
+            log_scale.extend(sizes.map(f64::ln));
+        }
+        let divide = |rows: &mut [Lanes], inverse: &[f32]| {
+            for row in rows.chunks_exact_mut(columns) {
+                for (lanes, inverse) in row.iter_mut().zip(inverse) {
+                    *lanes = lanes.map(|x| x * inverse);
+                }
+            }
+        };
+        let per_shell = columns * field.shape.count * field.shape.vectors;
+        for (shell, inverse) in field.moments.chunks_exact_mut(per_shell).zip(&inverse) {
+            divide(shell, inverse);
+        }
+        divide(&mut field.ground_irradiance, &inverse[0]);
+        Self { field, log_scale }
     }
 }
 

@@ -47,6 +47,14 @@ pub(super) fn add_scaled(acc: &mut Lanes, w: f32, x: &Lanes) {
     }
 }
 
+/// `acc += w * x` in the lanes where x is positive
+#[inline(always)]
+pub(super) fn add_positive(acc: &mut Lanes, w: &Lanes, x: &Lanes) {
+    for l in 0..WIDTH {
+        acc[l] += w[l] * x[l].max(0.0);
+    }
+}
+
 /// `(1 - f) * a + f * b`
 #[inline(always)]
 pub(super) fn lerp(a: &Lanes, b: &Lanes, f: f32) -> Lanes {

@@ -21,7 +21,7 @@ use crate::optics::OpticalProfile;
 use crate::phase;
 use crate::quadrature::gauss_legendre;
 use fan::{FanScratch, FanSweep};
-use field::{Field, Grid, Harmonics, as_f64};
+use field::{Field, Grid, Harmonics, Shape, Source, as_f64};
 use lanes::{Lanes, WIDTH, ZERO, add_scaled, lane, simpson_transmittance};
 use medium::Medium;
 use path::{Path, Ray, Sampling};
@@ -141,7 +141,7 @@ struct Diffuse {
     air: Sunlit,
     grid: Grid,
     harmonics: Harmonics,
-    field: Field,
+    source: Source,
     orders: usize,
     field_shells: Vec<f64>,
     view_shells: Vec<f64>,
@@ -305,11 +305,11 @@ impl Transport {
                         .template(radius, cosine, View::Observer, scratch);
                     let vectors = self.diffuse.air.medium.vectors;
                     let mut radiance = vec![ZERO; rays.len() * vectors];
-                    let field = &self.diffuse.field;
+                    let source = &self.diffuse.source;
                     self.diffuse.add_diffuse(
                         &rays,
                         &template,
-                        field,
+                        source,
                         &mut scratch.fan,
                         &mut radiance,
                     );
@@ -365,7 +365,7 @@ impl Diffuse {
             view_shells: air.medium.segment_levels(VIEW_SHELLS),
             field_shells,
             harmonics: Harmonics::new(degree),
-            field: Field::default(),
+            source: Source::default(),
             orders: 1,
             grid,
             air,
@@ -388,7 +388,7 @@ impl Diffuse {
         )
     }
 
-    /// Sums the orders of scattering into `self.field`.
+    /// Sums the orders of scattering into `self.source`.
     fn successive_orders(&mut self, settings: &TransportSettings) -> Result<(), TransportError> {
         let shells = self.grid.shells.levels();
         let rays: Vec<Vec<Ring>> = shells
@@ -399,9 +399,8 @@ impl Diffuse {
             .collect();
         let mut order = self.gather(&rays, None);
         let mut total = order.clone();
-        let mut last_limit = self.column_sums(&total);
+        let mut last_limit = total.column_sums();
         let mut share = f64::INFINITY;
-        let (vectors, count) = (self.air.medium.vectors, self.harmonics.count());
         while share > settings.tolerance {
             if self.orders >= settings.most_orders {
                 return Err(TransportError::NotConverged {
@@ -410,15 +409,12 @@ impl Diffuse {
                     expected: settings.tolerance,
                 });
             }
-            let next = self.gather(&rays, Some(&order));
+            let fallen = order.column_sums();
+            let next = self.gather(&rays, Some(&Source::new(order)));
             self.orders += 1;
-            total.add(&next, None, vectors, count);
+            total.add(&next, None);
             // the rest of the series, if each column's light goes on falling by the same ratio
-            let (fallen, fresh, sum) = (
-                self.column_sums(&order),
-                self.column_sums(&next),
-                self.column_sums(&total),
-            );
+            let (fresh, sum) = (next.column_sums(), total.column_sums());
             let mut tail = vec![ZERO; sum.len()];
             share = 0.0;
             for (i, tail) in tail.iter_mut().enumerate() {
@@ -433,25 +429,12 @@ impl Diffuse {
                 }
             }
             if share <= settings.tolerance {
-                total.add(&next, Some(&tail), vectors, count);
+                total.add(&next, Some(&tail));
             }
             order = next;
         }
-        total.measure(vectors, count);
-        self.field = total;
+        self.source = Source::new(total);
         Ok(())
-    }
-
-    /// Zeroth moments summed over the shells of each column, `[column * vectors + vector]`.
-    fn column_sums(&self, field: &Field) -> Vec<Lanes> {
-        let (vectors, count) = (self.air.medium.vectors, self.harmonics.count());
-        let shells = self.grid.shells.levels().len();
-        let mut sums = vec![ZERO; self.grid.columns.levels().len() * vectors];
-        for (i, moments) in field.moments.chunks_exact(count).enumerate() {
-            let (node, v) = (i / vectors, i % vectors);
-            add_scaled(&mut sums[node / shells * vectors + v], 1.0, &moments[0]);
-        }
-        sums
     }
 
     /// The field's directions at a shell; zenith intervals meet at the shell's own horizon.
@@ -483,8 +466,12 @@ impl Diffuse {
 
     /// One order of scattering: the radiance at every node of the grid, as phase-weighted moments.
     /// Without a source field, the first order.
-    fn gather(&self, rays: &[Vec<Ring>], source: Option<&Field>) -> Field {
-        let (vectors, count) = (self.air.medium.vectors, self.harmonics.count());
+    fn gather(&self, rays: &[Vec<Ring>], source: Option<&Source>) -> Field {
+        let shape = Shape {
+            columns: self.grid.columns.levels().len(),
+            count: self.harmonics.count(),
+            vectors: self.air.medium.vectors,
+        };
         let rings: Vec<&Ring> = rays.iter().flatten().collect();
         let waves: Vec<Vec<Lanes>> = rings
             .par_iter()
@@ -492,29 +479,28 @@ impl Diffuse {
                 self.ring_waves(ring, source, scratch)
             })
             .collect();
-        let (shells, per_shell) = (rays.len(), rays[0].len());
-        let nodes: Vec<(Vec<Lanes>, Vec<Lanes>)> = (0..self.grid.nodes())
-            .into_par_iter()
-            .map(|node| {
-                let (shell, column) = (node % shells, node / shells);
+        let per_shell = rays[0].len();
+        let per_vector = shape.count * shape.columns;
+        let mut moments = vec![ZERO; rays.len() * shape.vectors * per_vector];
+        moments
+            .par_chunks_exact_mut(per_vector)
+            .enumerate()
+            .for_each(|(i, moments)| {
+                let (shell, v) = (i / shape.vectors, i % shape.vectors);
                 let waves = &waves[shell * per_shell..(shell + 1) * per_shell];
-                self.gather_node(shell, column, &rays[shell], waves)
-            })
-            .collect();
-        let mut field = Field::default();
-        for (node, (moments, irradiance)) in nodes.iter().enumerate() {
-            field.moments.extend(moments);
-            if node % shells == 0 {
-                field.ground_irradiance.extend(irradiance);
-            }
+                self.add_moments(v, &rays[shell], waves, moments);
+                self.weight_by_phase(self.grid.shells.levels()[shell], v, moments);
+            });
+        Field {
+            shape,
+            moments,
+            ground_irradiance: self.irradiance(&rays[0], &waves),
         }
-        field.measure(vectors, count);
-        field
     }
 
     /// Radiance around a ring, times each `cos mφ` and the solid angle, for the sun of every column:
-    /// `[(column * vectors + vector) * orders + order]`.
-    fn ring_waves(&self, ring: &Ring, source: Option<&Field>, scratch: &mut Scratch) -> Vec<Lanes> {
+    /// `[(vector * orders + order) * columns + column]`.
+    fn ring_waves(&self, ring: &Ring, source: Option<&Source>, scratch: &mut Scratch) -> Vec<Lanes> {
         let Ring {
             template,
             weight,
@@ -553,7 +539,7 @@ impl Diffuse {
                     self.air.add_sunlight(ray, template, sun, radiance);
                 }
             }
-            Some(field) => self.add_diffuse(rays, template, field, fan, radiance),
+            Some(source) => self.add_diffuse(rays, template, source, fan, radiance),
         }
         let mut waves = vec![ZERO; columns.len() * vectors * orders];
         let around = cos_azimuth.len();
@@ -562,8 +548,8 @@ impl Diffuse {
             let (column, azimuth) = (ray / around, ray % around);
             let cos_azimuth = cos_azimuth[azimuth];
             let (mut before, mut cos_m) = (cos_azimuth, 1.0); // cos(-φ), cos(0)
-            let first = (column * vectors + v) * orders;
-            for wave in &mut waves[first..first + orders] {
+            for m in 0..orders {
+                let wave = &mut waves[(v * orders + m) * columns.len() + column];
                 add_scaled(wave, lane(weight * cos_m), light);
                 (before, cos_m) = (cos_m, 2.0 * cos_azimuth * cos_m - before);
             }
@@ -571,68 +557,78 @@ impl Diffuse {
         waves
     }
 
-    /// Moments at one node, and the irradiance on a horizontal plane there.
-    fn gather_node(
-        &self,
-        shell: usize,
-        column: usize,
-        rings: &[Ring],
-        waves: &[Vec<Lanes>],
-    ) -> (Vec<Lanes>, Vec<Lanes>) {
-        let (vectors, count) = (self.air.medium.vectors, self.harmonics.count());
+    /// Adds the moments of the rings of a shell, `[harmonic * columns + column]`, for one vector.
+    fn add_moments(&self, v: usize, rings: &[Ring], waves: &[Vec<Lanes>], moments: &mut [Lanes]) {
+        let columns = self.grid.columns.levels().len();
         let orders = self.harmonics.degree + 1;
-        let mut moments = vec![ZERO; vectors * count];
-        let mut irradiance = vec![ZERO; vectors];
-        let mut functions = vec![0.0; count];
+        let mut functions = vec![0.0; self.harmonics.count()];
         for (ring, waves) in rings.iter().zip(waves) {
-            let mu = ring.template.cosine;
-            self.harmonics.evaluate(mu, &mut functions);
-            for v in 0..vectors {
-                let waves = &waves[(column * vectors + v) * orders..][..orders];
-                let moments = &mut moments[v * count..(v + 1) * count];
-                let harmonics = self.harmonics.orders_and_degrees().zip(&functions);
-                for (moment, ((m, _), y)) in moments.iter_mut().zip(harmonics) {
-                    add_scaled(moment, *y, &waves[m]);
-                }
-                if mu > 0.0 {
-                    add_scaled(&mut irradiance[v], lane(mu), &waves[0]);
+            self.harmonics
+                .evaluate(ring.template.cosine, &mut functions);
+            let harmonics = self.harmonics.orders_and_degrees().zip(&functions);
+            for (moments, ((m, _), y)) in moments.chunks_exact_mut(columns).zip(harmonics) {
+                let wave = &waves[(v * orders + m) * columns..][..columns];
+                for (moment, wave) in moments.iter_mut().zip(wave) {
+                    add_scaled(moment, *y, wave);
                 }
             }
         }
-        self.weight_by_phase(self.grid.shells.levels()[shell], &mut moments);
-        (moments, irradiance)
     }
 
-    /// Multiplies moments by those of the local phase function.
-    fn weight_by_phase(&self, z: f64, moments: &mut [Lanes]) {
-        let count = self.harmonics.count();
-        let place = self.air.medium.finder.find(z);
-        let rayleigh_2 = phase::rayleigh_second_moment(self.air.medium.depolarization);
-        for v in 0..self.air.medium.vectors {
-            let [rayleigh, aerosol, g, g2, w] = [
-                &self.air.medium.rayleigh,
-                &self.air.medium.aerosol,
-                &self.air.medium.g,
-                &self.air.medium.g2,
-                &self.air.medium.g_weight,
-            ]
-            .map(|table| self.air.medium.at(table, place, v));
-            for (k, (_, degree)) in self.harmonics.orders_and_degrees().enumerate() {
-                let power = i32::try_from(degree).unwrap_or(0);
-                let ray = match degree {
-                    0 => 1.0,
-                    2 => lane(rayleigh_2),
-                    _ => 0.0,
-                };
-                let lanes = &mut moments[v * count + k];
+    /// Irradiance on a horizontal plane at a shell, `[vector * columns + column]`.
+    fn irradiance(&self, rings: &[Ring], waves: &[Vec<Lanes>]) -> Vec<Lanes> {
+        let columns = self.grid.columns.levels().len();
+        let orders = self.harmonics.degree + 1;
+        let mut irradiance = vec![ZERO; columns * self.air.medium.vectors];
+        for (ring, waves) in rings.iter().zip(waves) {
+            let mu = ring.template.cosine;
+            if mu > 0.0 {
+                for (sums, waves) in irradiance
+                    .chunks_exact_mut(columns)
+                    .zip(waves.chunks_exact(orders * columns))
+                {
+                    for (sum, wave) in sums.iter_mut().zip(waves) {
+                        add_scaled(sum, lane(mu), wave);
+                    }
+                }
+            }
+        }
+        irradiance
+    }
+
+    /// Multiplies moments of one vector by those of the local phase function.
+    fn weight_by_phase(&self, z: f64, v: usize, moments: &mut [Lanes]) {
+        let medium = &self.air.medium;
+        let place = medium.finder.find(z);
+        let rayleigh_2 = phase::rayleigh_second_moment(medium.depolarization);
+        let [rayleigh, aerosol, g, g2, w] = [
+            &medium.rayleigh,
+            &medium.aerosol,
+            &medium.g,
+            &medium.g2,
+            &medium.g_weight,
+        ]
+        .map(|table| medium.at(table, place, v));
+        let rows = moments.chunks_exact_mut(self.grid.columns.levels().len());
+        for ((_, degree), moments) in self.harmonics.orders_and_degrees().zip(rows) {
+            let power = i32::try_from(degree).unwrap_or(0);
+            let ray = match degree {
+                0 => 1.0,
+                2 => lane(rayleigh_2),
+                _ => 0.0,
+            };
+            let factor: Lanes = core::array::from_fn(|l| {
+                let aer = w[l] * g[l].powi(power) + (1.0 - w[l]) * g2[l].powi(power);
+                let all = rayleigh[l] + aerosol[l];
+                if all > 0.0 {
+                    (rayleigh[l] * ray + aerosol[l] * aer) / all
+                } else {
+                    ray
+                }
+            });
+            for moment in moments {
                 for l in 0..WIDTH {
-                    let aer = w[l] * g[l].powi(power) + (1.0 - w[l]) * g2[l].powi(power);
-                    let all = rayleigh[l] + aerosol[l];
-                    lanes[l] *= if all > 0.0 {
-                        (rayleigh[l] * ray + aerosol[l] * aer) / all
-                    } else {
-                        ray
-                    };
+                    moment[l] *= factor[l];
                 }
             }
         }
@@ -643,14 +639,14 @@ impl Diffuse {
         &self,
         rays: &[Ray],
         template: &Template,
-        field: &Field,
+        source: &Source,
         scratch: &mut FanScratch,
         radiance: &mut [Lanes],
     ) {
         pulp::Arch::new().dispatch(FanSweep {
             grid: &self.grid,
             harmonics: &self.harmonics,
-            field,
+            source,
             template,
             rays,
             reflectance: self.air.reflectance,
