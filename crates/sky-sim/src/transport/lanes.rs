@@ -42,17 +42,22 @@ pub(super) fn pack(table: &[f64], n: usize) -> Vec<Lanes> {
 /// `acc += w * x`
 #[inline(always)]
 pub(super) fn add_scaled(acc: &mut Lanes, w: f32, x: &Lanes) {
+    // copies, so that the compiler need not wonder whether the two overlap
+    let (mut sum, x) = (*acc, *x);
     for l in 0..WIDTH {
-        acc[l] += w * x[l];
+        sum[l] += w * x[l];
     }
+    *acc = sum;
 }
 
 /// `acc += w * x` in the lanes where x is positive
 #[inline(always)]
 pub(super) fn add_positive(acc: &mut Lanes, w: &Lanes, x: &Lanes) {
+    let (mut sum, w, x) = (*acc, *w, *x);
     for l in 0..WIDTH {
-        acc[l] += w[l] * x[l].max(0.0);
+        sum[l] += w[l] * x[l].max(0.0);
     }
+    *acc = sum;
 }
 
 /// `(1 - f) * a + f * b`
