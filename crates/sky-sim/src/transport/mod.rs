@@ -197,7 +197,11 @@ impl Transport {
         let direct = Sunlit::new(optics, ground_albedo);
         let air = spread.coarse(optics).map_or_else(
             || direct.clone(),
-            |coarse| Sunlit::new(&coarse, ground_albedo),
+            |(coarse, wavelengths)| Sunlit {
+                medium: Medium::new(&coarse),
+                sun: direct.sun.pick(wavelengths),
+                ..direct
+            },
         );
         let mut diffuse = Diffuse::new(air, settings);
         diffuse.successive_orders(settings)?;

@@ -103,8 +103,8 @@ impl Spread {
         }
     }
 
-    /// The profile at the solved wavelengths; `None` if these are all.
-    pub(super) fn coarse(&self, optics: &OpticalProfile) -> Option<OpticalProfile> {
+    /// The profile at the solved wavelengths, and their indices; `None` if these are all.
+    pub(super) fn coarse(&self, optics: &OpticalProfile) -> Option<(OpticalProfile, &[usize])> {
         if self.cubic.is_empty() {
             return None;
         }
@@ -115,7 +115,7 @@ impl Spread {
                 .flat_map(|row| self.solved.iter().map(|i| row[*i]))
                 .collect()
         };
-        Some(OpticalProfile {
+        let coarse = OpticalProfile {
             altitude_km: optics.altitude_km.clone(),
             wavelength_nm: self
                 .solved
@@ -130,7 +130,8 @@ impl Spread {
             aerosol_g2: pick(&optics.aerosol_g2),
             aerosol_g_weight: pick(&optics.aerosol_g_weight),
             rayleigh_depolarization: optics.rayleigh_depolarization,
-        })
+        };
+        Some((coarse, &self.solved))
     }
 
     /// Adds diffuse radiance at the solved wavelengths to a spectrum at all.
