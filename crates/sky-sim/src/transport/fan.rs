@@ -4,9 +4,9 @@
 //! local sun differ. So the source at a stop is summed over the degree of the harmonics once for all
 //! of them, which leaves each ray a short sum over their order.
 
+use super::HIGHEST_DEGREE;
 use super::field::{Grid, Harmonics, Shape, Source};
 use super::lanes::{Lanes, WIDTH, ZERO, acos, add_positive, add_scaled, exp, lane};
-use super::HIGHEST_DEGREE;
 use super::path::Ray;
 use super::template::{Stop, Template};
 use core::ops::Range;
@@ -138,8 +138,7 @@ impl FanSweep<'_> {
         let degree = self.degree(stop);
         let scratch = &mut *self.scratch;
         scratch.harmonics.resize(count, 0.0);
-        self.harmonics
-            .evaluate(stop.cosine, &mut scratch.harmonics);
+        self.harmonics.evaluate(stop.cosine, &mut scratch.harmonics);
         scratch.folded.clear();
         scratch
             .folded
@@ -253,7 +252,8 @@ impl FanSweep<'_> {
             let weights = Self::weights(scratch, readings, columns.start);
             for (i, radiance) in rays.chunks_exact_mut(vectors).enumerate() {
                 let rows = self.source.field.ground_irradiance.chunks_exact(all);
-                for ((out, through), row) in radiance.iter_mut().zip(&self.template.ground).zip(rows)
+                for ((out, through), row) in
+                    radiance.iter_mut().zip(&self.template.ground).zip(rows)
                 {
                     let mut irradiance = ZERO;
                     for side in 0..2 {

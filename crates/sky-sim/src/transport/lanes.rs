@@ -34,7 +34,8 @@ pub(super) fn pack(table: &[f64], n: usize) -> Vec<Lanes> {
     table
         .chunks_exact(n)
         .flat_map(|row| {
-            (0..vectors(n)).map(move |v| core::array::from_fn(|l| lane(row[(v * WIDTH + l).min(n - 1)])))
+            (0..vectors(n))
+                .map(move |v| core::array::from_fn(|l| lane(row[(v * WIDTH + l).min(n - 1)])))
         })
         .collect()
 }
@@ -46,6 +47,16 @@ pub(super) fn add_scaled(acc: &mut Lanes, w: f32, x: &Lanes) {
     let (mut sum, x) = (*acc, *x);
     for l in 0..WIDTH {
         sum[l] += w * x[l];
+    }
+    *acc = sum;
+}
+
+/// `acc += w * x`, lane by lane
+#[inline(always)]
+pub(super) fn add_product(acc: &mut Lanes, w: &Lanes, x: &Lanes) {
+    let (mut sum, w, x) = (*acc, *w, *x);
+    for l in 0..WIDTH {
+        sum[l] += w[l] * x[l];
     }
     *acc = sum;
 }
@@ -163,7 +174,10 @@ mod tests {
             let x = f32::from(i) * 0.1;
             let expected = f64::from(x).exp();
             let error = (f64::from(exp(&[x; WIDTH])[3]) / expected - 1.0).abs();
-            assert!(error < 2e-7 + 1e-7 * f64::from(x).abs(), "exp({x}): {error}");
+            assert!(
+                error < 2e-7 + 1e-7 * f64::from(x).abs(),
+                "exp({x}): {error}"
+            );
         }
         assert!((exp(&ZERO)[0] - 1.0).abs() < 1e-6);
     }

@@ -22,7 +22,7 @@ use crate::phase;
 use crate::quadrature::gauss_legendre;
 use fan::{FanScratch, FanSweep};
 use field::{Field, Grid, Harmonics, Shape, Source, as_f64};
-use lanes::{Lanes, WIDTH, ZERO, add_scaled, lane, simpson_transmittance};
+use lanes::{Lanes, WIDTH, ZERO, add_product, add_scaled, lane};
 use medium::Medium;
 use path::{Path, Ray, Sampling};
 use rayon::prelude::*;
@@ -290,17 +290,21 @@ impl Transport {
                     })
                     .collect();
                 let mut out = Vec::with_capacity(ring.len() * n);
-                let vectors = self.direct.medium.vectors;
-                let mut radiance = vec![ZERO; vectors];
+                let mut radiance = vec![ZERO; self.direct.medium.vectors];
+                // what the Earth's shadow does not cut is the same for the whole ring
+                let mut uncut = None;
                 for ray in &rays {
+                    let cut = ray.shadow_edges(f64::INFINITY).next().is_some();
+                    let cut_path;
+                    let template = if cut {
+                        cut_path = self.single_template(ray, &mut scratch.path);
+                        &cut_path
+                    } else {
+                        uncut.get_or_insert_with(|| self.single_template(ray, &mut scratch.path))
+                    };
                     radiance.fill(ZERO);
-                    self.direct.add_single(
-                        ray,
-                        &self.view_shells,
-                        &VIEW_SAMPLING,
-                        scratch,
-                        &mut radiance,
-                    );
+                    self.direct
+                        .add_sunlight(ray, template, &mut scratch.sun, &mut radiance);
                     out.extend(radiance.iter().flatten().take(n).map(|x| f64::from(*x)));
                 }
                 if diffuse {
@@ -317,9 +321,7 @@ impl Transport {
                         &mut scratch.fan,
                         &mut radiance,
                     );
-                    for (light, out) in radiance
-                        .chunks_exact(vectors)
-                        .zip(out.chunks_exact_mut(n))
+                    for (light, out) in radiance.chunks_exact(vectors).zip(out.chunks_exact_mut(n))
                     {
                         self.spread.add(light, out);
                     }
@@ -328,6 +330,13 @@ impl Transport {
             })
             .flatten_iter()
             .collect()
+    }
+
+    /// The path of an observer's ray for sunlight scattered once.
+    fn single_template(&self, ray: &Ray, path: &mut Path) -> Template {
+        let medium = &self.direct.medium;
+        path.trace(ray, medium, &self.view_shells, &VIEW_SAMPLING);
+        pulp::Arch::new().dispatch(|| Template::of_path(ray, path, medium))
     }
 }
 
@@ -504,7 +513,12 @@ impl Diffuse {
 
     /// Radiance around a ring, times each `cos mφ` and the solid angle, for the sun of every column:
     /// `[(vector * orders + order) * columns + column]`.
-    fn ring_waves(&self, ring: &Ring, source: Option<&Source>, scratch: &mut Scratch) -> Vec<Lanes> {
+    fn ring_waves(
+        &self,
+        ring: &Ring,
+        source: Option<&Source>,
+        scratch: &mut Scratch,
+    ) -> Vec<Lanes> {
         let Ring {
             template,
             weight,
@@ -670,8 +684,7 @@ impl Sunlit {
         }
     }
 
-    /// Adds sunlight scattered once to `radiance`, read at the template's stops alone: enough
-    /// for the source of the next order.
+    /// Adds sunlight scattered once, by air or ground, along a ray to `radiance`.
     fn add_sunlight(
         &self,
         ray: &Ray,
@@ -692,36 +705,6 @@ impl Sunlit {
                 table: &self.sun,
                 ray,
                 template,
-                sun,
-                reflectance: self.reflectance,
-                radiance,
-            });
-        }
-    }
-
-    /// Adds sunlight scattered once, by air or ground, along a ray to `radiance`.
-    fn add_single(
-        &self,
-        ray: &Ray,
-        shells: &[f64],
-        sampling: &Sampling,
-        scratch: &mut Scratch,
-        radiance: &mut [Lanes],
-    ) {
-        let Scratch { path, sun, .. } = scratch;
-        path.trace(ray, &self.medium, shells, sampling);
-        sun.clear();
-        sun.extend(
-            path.points
-                .iter()
-                .map(|p| self.sun.place(p.z, p.sun_cosine)),
-        );
-        if sun.iter().any(|s| s.lit) {
-            pulp::Arch::new().dispatch(SingleSweep {
-                medium: &self.medium,
-                table: &self.sun,
-                cos_gamma: ray.cos_gamma,
-                path,
                 sun,
                 reflectance: self.reflectance,
                 radiance,
@@ -763,111 +746,27 @@ impl pulp::NullaryFnOnce for SunlitStops<'_> {
             }
             let hazy = m.hazy[stop.place.level] || m.hazy[stop.place.level + 1];
             for (v, out) in radiance.iter_mut().enumerate() {
-                let t = table.transmittance(&sun[k], v);
-                let rayleigh = &template.rayleigh[k * vectors + v];
-                for l in 0..WIDTH {
-                    out[l] += t[l] * rayleigh[l] * rayleigh_phase;
-                }
+                let mut scattered = ZERO;
+                let at = k * vectors + v;
+                add_scaled(&mut scattered, rayleigh_phase, &template.rayleigh[at]);
                 if hazy {
-                    let aerosol = &template.aerosol[k * vectors + v];
-                    let p = m.aerosol_phase(stop.place, v, ray.cos_gamma);
-                    for l in 0..WIDTH {
-                        out[l] += t[l] * aerosol[l] * p[l];
-                    }
+                    let phase = m.aerosol_phase(stop.place, v, ray.cos_gamma);
+                    add_product(&mut scattered, &template.aerosol[at], &phase);
                 }
+                add_product(out, &table.transmittance(&sun[k], v), &scattered);
             }
         }
         let last = template.stops.len() - 1;
         let cosine = sun_cosine_at(ray, &template.stops[last]);
         if cosine > 0.0 && sun[last].lit {
             for (v, through) in template.ground.iter().enumerate() {
-                let t = table.transmittance(&sun[last], v);
-                for l in 0..WIDTH {
-                    radiance[v][l] += through[l] * t[l] * lane(cosine * reflectance);
-                }
-            }
-        }
-    }
-}
-
-/// Inner loop: single scattering along one path, all wavelengths.
-struct SingleSweep<'a> {
-    medium: &'a Medium,
-    table: &'a SunTable,
-    cos_gamma: f64,
-    path: &'a Path,
-    sun: &'a [SunPlace],
-    reflectance: f64,
-    radiance: &'a mut [Lanes],
-}
-
-impl SingleSweep<'_> {
-    /// Light scattered towards the eye per kilometre at a point of the path.
-    #[inline(always)]
-    fn source(&self, i: usize, v: usize, rayleigh_phase: f32) -> Lanes {
-        let (m, mu) = (self.medium, self.cos_gamma);
-        if !self.sun[i].lit {
-            return ZERO;
-        }
-        let place = self.path.points[i].place;
-        let mut scattered = m.at(&m.rayleigh, place, v);
-        for x in &mut scattered {
-            *x *= rayleigh_phase;
-        }
-        if m.hazy[place.level] || m.hazy[place.level + 1] {
-            let aerosol = m.at(&m.aerosol, place, v);
-            let p = m.aerosol_phase(place, v, mu);
-            for l in 0..WIDTH {
-                scattered[l] += aerosol[l] * p[l];
-            }
-        }
-        let t = self.table.transmittance(&self.sun[i], v);
-        for l in 0..WIDTH {
-            scattered[l] *= t[l];
-        }
-        scattered
-    }
-
-    #[inline(always)]
-    fn extinction(&self, i: usize, v: usize) -> Lanes {
-        self.medium
-            .at(&self.medium.extinction, self.path.points[i].place, v)
-    }
-}
-
-impl pulp::NullaryFnOnce for SingleSweep<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(mut self) {
-        let rayleigh_phase = lane(phase::rayleigh(self.cos_gamma, self.medium.depolarization));
-        let path = self.path;
-        let last = path.points.len() - 1;
-        let cosine = path.points[last].sun_cosine;
-        let radiance = core::mem::take(&mut self.radiance);
-        for (v, radiance) in radiance.iter_mut().enumerate() {
-            let mut through = [1.0; WIDTH];
-            let mut j_a = self.source(0, v, rayleigh_phase);
-            let mut e_a = self.extinction(0, v);
-            for (k, length) in path.lengths.iter().enumerate() {
-                let e_m = self.extinction(2 * k + 1, v);
-                let e_b = self.extinction(2 * k + 2, v);
-                let (middle, end) = simpson_transmittance(lane(*length), &e_a, &e_m, &e_b);
-                let j_m = self.source(2 * k + 1, v, rayleigh_phase);
-                let j_b = self.source(2 * k + 2, v, rayleigh_phase);
-                for l in 0..WIDTH {
-                    radiance[l] += through[l]
-                        * lane(*length / 6.0)
-                        * (j_a[l] + 4.0 * j_m[l] * middle[l] + j_b[l] * end[l]);
-                    through[l] *= end[l];
-                }
-                (j_a, e_a) = (j_b, e_b);
-            }
-            if path.ground && cosine > 0.0 {
-                let t = self.table.transmittance(&self.sun[last], v);
-                for l in 0..WIDTH {
-                    radiance[l] += through[l] * t[l] * lane(cosine * self.reflectance);
-                }
+                let mut reflected = ZERO;
+                add_scaled(&mut reflected, lane(cosine * reflectance), through);
+                add_product(
+                    &mut radiance[v],
+                    &table.transmittance(&sun[last], v),
+                    &reflected,
+                );
             }
         }
     }

@@ -7,7 +7,7 @@
 use super::field::Grid;
 use super::lanes::{Lanes, WIDTH, ZERO, lane, simpson_transmittance};
 use super::medium::{Between, Medium};
-use super::path::{Path, Ray, Sampling};
+use super::path::{Path, Point, Ray, Sampling};
 
 /// A place along the path where the source is read.
 #[derive(Clone, Copy, Debug)]
@@ -24,6 +24,19 @@ pub(super) struct Stop {
     pub(super) place: Between,
     /// Altitude \[km\].
     pub(super) z: f64,
+}
+
+impl Stop {
+    fn new(point: &Point, shell: Between) -> Self {
+        Self {
+            length: point.length,
+            radius: sky_core::quantity::EARTH_RADIUS_KM + point.z,
+            cosine: point.cosine,
+            shell,
+            place: point.place,
+            z: point.z,
+        }
+    }
 }
 
 /// The stops of a path and their weights.
@@ -72,14 +85,7 @@ impl Template {
             .points
             .iter()
             .step_by(2)
-            .map(|p| Stop {
-                length: p.length,
-                radius: sky_core::quantity::EARTH_RADIUS_KM + p.z,
-                cosine: p.cosine,
-                shell: grid.shells.find(p.z),
-                place: p.place,
-                z: p.z,
-            })
+            .map(|p| Stop::new(p, grid.shells.find(p.z)))
             .collect();
         path.trace(&ray, medium, shells, sampling);
         let vectors = medium.vectors;
@@ -145,6 +151,58 @@ impl Template {
         };
         template.drop_faint_stops(vectors);
         template
+    }
+
+    /// A stop at every point of a path; for sunlight, which is not smooth enough for fewer.
+    pub(super) fn of_path(ray: &Ray, path: &Path, medium: &Medium) -> Self {
+        let stops: Vec<Stop> = path
+            .points
+            .iter()
+            .map(|p| Stop::new(p, Between::default()))
+            .collect();
+        let vectors = medium.vectors;
+        let mut weights = vec![ZERO; stops.len() * vectors];
+        let mut ground = Vec::new();
+        for v in 0..vectors {
+            let extinction = |i: usize| medium.at(&medium.extinction, path.points[i].place, v);
+            let mut through = [1.0; WIDTH];
+            let mut start = extinction(0);
+            for (k, length) in path.lengths.iter().enumerate() {
+                let stop = extinction(2 * k + 2);
+                let (middle, end) =
+                    simpson_transmittance(lane(*length), &start, &extinction(2 * k + 1), &stop);
+                let sixth = lane(length / 6.0);
+                for l in 0..WIDTH {
+                    weights[2 * k * vectors + v][l] += sixth * through[l];
+                    weights[(2 * k + 1) * vectors + v][l] = 4.0 * sixth * through[l] * middle[l];
+                    through[l] *= end[l];
+                    weights[(2 * k + 2) * vectors + v][l] = sixth * through[l];
+                }
+                start = stop;
+            }
+            if path.ground {
+                ground.push(through);
+            }
+        }
+        let arriving = |table: &[Lanes]| -> Vec<Lanes> {
+            weights
+                .iter()
+                .enumerate()
+                .map(|(i, w)| {
+                    let scattering = medium.at(table, stops[i / vectors].place, i % vectors);
+                    core::array::from_fn(|l| w[l] * scattering[l])
+                })
+                .collect()
+        };
+        Self {
+            radius: ray.radius,
+            cosine: ray.cosine,
+            rayleigh: arriving(&medium.rayleigh),
+            aerosol: arriving(&medium.aerosol),
+            weights: Vec::new(),
+            stops,
+            ground,
+        }
     }
 
     /// Drops stops from which next to nothing arrives at any wavelength; the last stays, it may be the
