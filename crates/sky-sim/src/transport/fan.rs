@@ -87,7 +87,7 @@ impl FanSweep<'_> {
     #[inline(always)]
     fn locate(&mut self, stop: &Stop) -> Range<usize> {
         self.scratch.readings.clear();
-        let mut columns = usize::MAX..0;
+        let (mut first, mut end) = (usize::MAX, 0);
         let sine_square = (1.0 - stop.cosine) * (1.0 + stop.cosine);
         for rays in self.rays.chunks(WIDTH) {
             let ray = |i: usize| &rays[i.min(rays.len() - 1)];
@@ -112,18 +112,19 @@ impl FanSweep<'_> {
                 fraction: ZERO,
                 cos_azimuth: azimuth.map(lane),
             };
-            for i in 0..WIDTH {
+            for (i, angle) in sun_zenith.iter().enumerate() {
                 let column = self
                     .grid
                     .columns
-                    .find(Angle::from_radians(sun_zenith[i]).degrees());
+                    .find(Angle::from_radians(*angle).degrees());
                 readings.column[i] = column.level;
                 readings.fraction[i] = lane(column.fraction);
-                columns = columns.start.min(column.level)..columns.end.max(column.level + 2);
+                first = first.min(column.level);
+                end = end.max(column.level + 2);
             }
             self.scratch.readings.push(readings);
         }
-        columns
+        first..end
     }
 
     /// Sums the source at a stop over the degree of the harmonics:
@@ -183,10 +184,10 @@ impl FanSweep<'_> {
     #[inline(always)]
     fn weights(scratch: &FanScratch, readings: &Readings, first: usize) -> [Lanes; 2] {
         let mut log_scale = ZERO;
-        for i in 0..WIDTH {
+        for (i, log_scale) in log_scale.iter_mut().enumerate() {
             let [a, b, c, d] = scratch.cubics[readings.column[i] - first];
             let t = readings.fraction[i];
-            log_scale[i] = a + t * (b + t * (c + t * d));
+            *log_scale = a + t * (b + t * (c + t * d));
         }
         let scale = exp(&log_scale);
         let mut weights = [ZERO; 2];
@@ -214,9 +215,9 @@ impl FanSweep<'_> {
             cosines[0] = [1.0; WIDTH];
             cosines[1] = readings.cos_azimuth;
             for m in 2..orders {
-                for i in 0..WIDTH {
-                    cosines[m][i] =
-                        2.0 * readings.cos_azimuth[i] * cosines[m - 1][i] - cosines[m - 2][i];
+                let (last, before) = (cosines[m - 1], cosines[m - 2]);
+                for (i, cosine) in cosines[m].iter_mut().enumerate() {
+                    *cosine = 2.0 * readings.cos_azimuth[i] * last[i] - before[i];
                 }
             }
             for (i, radiance) in rays.chunks_exact_mut(vectors).enumerate() {

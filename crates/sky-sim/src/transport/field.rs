@@ -13,7 +13,7 @@ use super::medium::LevelFinder;
 pub(super) struct Harmonics {
     pub(super) degree: usize,
     norms: Vec<f64>,
-    /// Factors of the recurrence in degree, at the place of the function that they lead to.
+    /// Factors of the recurrence in degree, at the place of the function that they lead on from.
     rise: Vec<[f64; 2]>,
 }
 
@@ -22,11 +22,7 @@ impl Harmonics {
         let (mut norms, mut rise) = (Vec::new(), Vec::new());
         for m in 0..=degree {
             for l in m..=degree {
-                rise.push(if l >= m + 2 {
-                    [(2 * l - 1), (l + m - 1)].map(|n| as_f64(n) / as_f64(l - m))
-                } else {
-                    [0.0; 2]
-                });
+                rise.push([2 * l + 1, l + m].map(|n| as_f64(n) / as_f64(l + 1 - m)));
                 // (2l+1)/(4π) (l-m)!/(l+m)!, twice that for m > 0
                 let mut ratio = 1.0;
                 for i in (l - m + 1)..=(l + m) {
@@ -67,14 +63,13 @@ impl Harmonics {
         for m in 0..=self.degree {
             let first = self.first(m);
             let (mut before, mut last) = (0.0, diagonal);
-            for i in first..=first + self.degree - m {
-                if i == first + 1 {
-                    (before, last) = (last, cosine * (2.0 * as_f64(m) + 1.0) * last);
-                } else if i > first {
-                    let [a, b] = self.rise[i];
-                    (before, last) = (last, a * cosine * last - b * before);
-                }
-                out[i] = lane(last * self.norms[i]);
+            let functions = first..=first + self.degree - m;
+            let factors = self.norms[functions.clone()]
+                .iter()
+                .zip(&self.rise[functions.clone()]);
+            for (out, (norm, [a, b])) in out[functions].iter_mut().zip(factors) {
+                *out = lane(last * norm);
+                (before, last) = (last, a * cosine * last - b * before);
             }
             diagonal *= sine * (2.0 * as_f64(m) + 1.0);
         }
@@ -290,6 +285,26 @@ impl Source {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sizes_between_columns_follow_a_cubic() {
+        let columns = [0.0, 20.0, 30.0, 55.0, 70.0, 94.0];
+        let grid = Grid::new(&[0.0, 1.0], &columns, vec![2, 2]);
+        let curve = |x: f64| 1.0 - 0.3 * x + 2e-3 * x * x - 1e-5 * x * x * x;
+        let sizes: Vec<f64> = columns.iter().map(|x| curve(*x)).collect();
+        for column in 1..4 {
+            let [a, b, c, d] = grid.log_scale_between(column, &sizes);
+            for t in [0.0, 0.25, 0.5, 1.0] {
+                let x = columns[column] + t * (columns[column + 1] - columns[column]);
+                let found = a + t * (b + t * (c + t * d));
+                assert!((found - curve(x)).abs() < 1e-12, "{column} {t}");
+            }
+        }
+        // straight at the ends
+        let [a, b, c, d] = grid.log_scale_between(0, &sizes);
+        assert!((a - sizes[0]).abs() < 1e-15 && (a + b - sizes[1]).abs() < 1e-12);
+        assert!([c, d].iter().all(|x| x.abs() < 1e-15));
+    }
 
     #[test]
     fn harmonics_are_orthonormal() {

@@ -87,7 +87,7 @@ pub(super) fn lerp(a: &Lanes, b: &Lanes, f: f32) -> Lanes {
 #[inline(always)]
 pub(super) fn exp(x: &Lanes) -> Lanes {
     const SHIFT: f32 = 12_582_912.0; // 1.5 * 2^23: adding it rounds to an integer
-    const LN2_HIGH: f32 = 0.693_359_375;
+    const LN2_HIGH: f32 = 355.0 / 512.0; // ln 2 to nine bits
     const LN2_LOW: f32 = -2.121_944_4e-4;
     let mut out = ZERO;
     for l in 0..WIDTH {

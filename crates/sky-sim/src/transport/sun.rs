@@ -212,6 +212,7 @@ impl DepthToSpace<'_> {
     #[inline(always)]
     fn add_shells(&mut self, from: f64, to: f64, impact: f64) {
         let levels = self.medium.finder.levels();
+        let impact_square = impact * impact;
         let length = |z: f64| {
             let r = EARTH_RADIUS_KM + z;
             ((r - impact) * (r + impact)).max(0.0).sqrt()
@@ -225,7 +226,7 @@ impl DepthToSpace<'_> {
                 let length_b = length(b);
                 let path = length_b - length_a;
                 let middle = 0.5 * (length_a + length_b);
-                let z_middle = (impact * impact + middle * middle).sqrt() - EARTH_RADIUS_KM;
+                let z_middle = (impact_square + middle * middle).sqrt() - EARTH_RADIUS_KM;
                 let per_km = 1.0 / (levels[k + 1] - levels[k]);
                 let f = |z: f64| ((z - levels[k]) * per_km).clamp(0.0, 1.0);
                 let upper = (f(a) + 4.0 * f(z_middle) + f(b)) / 6.0;
