@@ -390,15 +390,17 @@ impl Diffuse {
             View::Field => (&self.field_shells, &FIELD_SAMPLING),
             View::Observer => (&self.view_shells, &VIEW_SAMPLING),
         };
-        Template::new(
-            radius,
-            cosine,
-            &self.air.medium,
-            &self.grid,
-            shells,
-            sampling,
-            &mut scratch.path,
-        )
+        pulp::Arch::new().dispatch(|| {
+            Template::new(
+                radius,
+                cosine,
+                &self.air.medium,
+                &self.grid,
+                shells,
+                sampling,
+                &mut scratch.path,
+            )
+        })
     }
 
     /// Sums the orders of scattering into `self.source`.

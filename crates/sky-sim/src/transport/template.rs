@@ -64,6 +64,7 @@ const STOPS: Sampling = Sampling {
 
 impl Template {
     /// Integrates the attenuation along a ray that leaves radius \[km\] at a zenith cosine.
+    #[inline(always)]
     pub(super) fn new(
         radius: f64,
         cosine: f64,
@@ -154,6 +155,7 @@ impl Template {
     }
 
     /// A stop at every point of a path; for sunlight, which is not smooth enough for fewer.
+    #[inline(always)]
     pub(super) fn of_path(ray: &Ray, path: &Path, medium: &Medium) -> Self {
         let stops: Vec<Stop> = path
             .points
