@@ -1,8 +1,7 @@
 //! The optical profile, laid out for ray integration.
 
-use super::lanes::{Lanes, WIDTH, ZERO, lerp, pack, vectors};
+use super::lanes::{Lanes, WIDTH, ZERO, lane, lerp, pack, vectors};
 use crate::optics::OpticalProfile;
-use crate::phase;
 use sky_core::quantity::EARTH_RADIUS_KM;
 
 /// A place between two levels: the lower one and the fraction of the way to the next.
@@ -170,11 +169,11 @@ impl Medium {
                 &self.scattering
             };
             let row = level * self.vectors;
-            if which.is_multiple_of(2) {
+            f64::from(if which.is_multiple_of(2) {
                 table[row][0]
             } else {
                 table[row + self.vectors - 1][last]
-            }
+            })
         };
         let mut integral = vec![[0.0; 4]; n];
         for i in 1..n {
@@ -221,7 +220,11 @@ impl Medium {
     #[inline(always)]
     pub(super) fn at(&self, table: &[Lanes], place: Between, vector: usize) -> Lanes {
         let row = place.level * self.vectors + vector;
-        lerp(&table[row], &table[row + self.vectors], place.fraction)
+        lerp(
+            &table[row],
+            &table[row + self.vectors],
+            lane(place.fraction),
+        )
     }
 
     /// Aerosol phase function at a place \[sr⁻¹\].
@@ -230,10 +233,14 @@ impl Medium {
         let g = self.at(&self.g, place, vector);
         let g2 = self.at(&self.g2, place, vector);
         let w = self.at(&self.g_weight, place, vector);
+        let backward = lane(1.0 - cos_gamma);
+        let (first, second) = (
+            henyey_greenstein(&g, backward),
+            henyey_greenstein(&g2, backward),
+        );
         let mut p = ZERO;
         for l in 0..WIDTH {
-            p[l] = w[l] * phase::henyey_greenstein(cos_gamma, g[l])
-                + (1.0 - w[l]) * phase::henyey_greenstein(cos_gamma, g2[l]);
+            p[l] = w[l] * first[l] + (1.0 - w[l]) * second[l];
         }
         p
     }
@@ -247,4 +254,17 @@ impl Medium {
         );
         core::array::from_fn(|i| a[i] + p.fraction * (b[i] - a[i]))
     }
+}
+
+/// Henyey–Greenstein phase function \[sr⁻¹\] in each lane, as in [`crate::phase`], from one minus the
+/// cosine of the scattering angle.
+#[inline(always)]
+fn henyey_greenstein(g: &Lanes, backward: f32) -> Lanes {
+    const PER_SPHERE: f32 = 0.25 * core::f32::consts::FRAC_1_PI;
+    let mut out = ZERO;
+    for l in 0..WIDTH {
+        let d = (1.0 - g[l]) * (1.0 - g[l]) + 2.0 * g[l] * backward;
+        out[l] = PER_SPHERE * (1.0 - g[l] * g[l]) / (d * d.sqrt());
+    }
+    out
 }

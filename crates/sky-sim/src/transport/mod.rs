@@ -8,6 +8,7 @@
 //!
 //! Not modeled: refraction, polarization, horizontal variation of the air, the sun's disc.
 
+mod fan;
 mod field;
 mod lanes;
 mod medium;
@@ -19,9 +20,10 @@ mod template;
 use crate::optics::OpticalProfile;
 use crate::phase;
 use crate::quadrature::gauss_legendre;
-use field::{Corners, Field, Grid, Harmonics, as_f64};
-use lanes::{Lanes, WIDTH, ZERO, add_scaled, simpson_transmittance};
-use medium::{LevelFinder, Medium};
+use fan::{FanScratch, FanSweep};
+use field::{Field, Grid, Harmonics, Shape, Source, as_f64};
+use lanes::{Lanes, WIDTH, ZERO, add_product, add_scaled, lane};
+use medium::Medium;
 use path::{Path, Ray, Sampling};
 use rayon::prelude::*;
 use sky_core::direction::SkyDirection;
@@ -139,7 +141,7 @@ struct Diffuse {
     air: Sunlit,
     grid: Grid,
     harmonics: Harmonics,
-    field: Field,
+    source: Source,
     orders: usize,
     field_shells: Vec<f64>,
     view_shells: Vec<f64>,
@@ -149,8 +151,10 @@ struct Diffuse {
 #[derive(Debug, Default)]
 struct Scratch {
     path: Path,
-    basis: Vec<f64>,
     sun: Vec<SunPlace>,
+    fan: FanScratch,
+    rays: Vec<Ray>,
+    /// `[ray * vectors + vector]`
     radiance: Vec<Lanes>,
 }
 
@@ -193,7 +197,11 @@ impl Transport {
         let direct = Sunlit::new(optics, ground_albedo);
         let air = spread.coarse(optics).map_or_else(
             || direct.clone(),
-            |coarse| Sunlit::new(&coarse, ground_albedo),
+            |(coarse, wavelengths)| Sunlit {
+                medium: Medium::new(&coarse),
+                sun: direct.sun.pick(wavelengths),
+                ..direct
+            },
         );
         let mut diffuse = Diffuse::new(air, settings);
         diffuse.successive_orders(settings)?;
@@ -267,38 +275,68 @@ impl Transport {
             .chunk_by(same)
             .flat_map(|ring| ring.chunks(32))
             .collect();
+        let sun_cosine = sun_zenith.radians().cos();
         rings
             .par_iter()
             .map_init(Scratch::default, |scratch, ring| {
                 let cosine = ring[0].view_zenith.radians().cos();
-                let template = diffuse.then(|| {
-                    self.diffuse
-                        .template(radius, cosine, View::Observer, scratch)
-                });
-                let mut out = Vec::with_capacity(ring.len() * n);
-                for direction in *ring {
-                    let ray = Ray {
+                let rays: Vec<Ray> = ring
+                    .iter()
+                    .map(|direction| Ray {
                         radius,
                         cosine,
-                        sun_cosine: sun_zenith.radians().cos(),
+                        sun_cosine,
                         cos_gamma: direction.cos_scattering_angle(sun_zenith),
+                    })
+                    .collect();
+                let mut out = Vec::with_capacity(ring.len() * n);
+                let mut radiance = vec![ZERO; self.direct.medium.vectors];
+                // what the Earth's shadow does not cut is the same for the whole ring
+                let mut uncut = None;
+                for ray in &rays {
+                    let cut = ray.shadow_edges(f64::INFINITY).next().is_some();
+                    let cut_path;
+                    let template = if cut {
+                        cut_path = self.single_template(ray, &mut scratch.path);
+                        &cut_path
+                    } else {
+                        uncut.get_or_insert_with(|| self.single_template(ray, &mut scratch.path))
                     };
-                    scratch.start(self.direct.medium.vectors);
+                    radiance.fill(ZERO);
                     self.direct
-                        .add_single(&ray, &self.view_shells, &VIEW_SAMPLING, scratch);
-                    let first = out.len();
-                    out.extend((0..n).map(|i| scratch.radiance[i / WIDTH][i % WIDTH]));
-                    if let Some(template) = &template {
-                        scratch.start(self.diffuse.air.medium.vectors);
-                        self.diffuse
-                            .add_diffuse(&ray, template, &self.diffuse.field, scratch);
-                        self.spread.add(&scratch.radiance, &mut out[first..]);
+                        .add_sunlight(ray, template, &mut scratch.sun, &mut radiance);
+                    out.extend(radiance.iter().flatten().take(n).map(|x| f64::from(*x)));
+                }
+                if diffuse {
+                    let template = self
+                        .diffuse
+                        .template(radius, cosine, View::Observer, scratch);
+                    let vectors = self.diffuse.air.medium.vectors;
+                    let mut radiance = vec![ZERO; rays.len() * vectors];
+                    let source = &self.diffuse.source;
+                    self.diffuse.add_diffuse(
+                        &rays,
+                        &template,
+                        source,
+                        &mut scratch.fan,
+                        &mut radiance,
+                    );
+                    for (light, out) in radiance.chunks_exact(vectors).zip(out.chunks_exact_mut(n))
+                    {
+                        self.spread.add(light, out);
                     }
                 }
                 out
             })
             .flatten_iter()
             .collect()
+    }
+
+    /// The path of an observer's ray for sunlight scattered once.
+    fn single_template(&self, ray: &Ray, path: &mut Path) -> Template {
+        let medium = &self.direct.medium;
+        path.trace(ray, medium, &self.view_shells, &VIEW_SAMPLING);
+        pulp::Arch::new().dispatch(|| Template::of_path(ray, path, medium))
     }
 }
 
@@ -309,14 +347,6 @@ enum View {
     Field,
     /// An observer's rays.
     Observer,
-}
-
-impl Scratch {
-    /// Clears the radiance for a new ray.
-    fn start(&mut self, vectors: usize) {
-        self.radiance.clear();
-        self.radiance.resize(vectors, ZERO);
-    }
 }
 
 impl Diffuse {
@@ -335,14 +365,11 @@ impl Diffuse {
                 settings
                     .degree
                     .unwrap_or_else(|| degree_at(&air.medium, *z))
+                    .min(HIGHEST_DEGREE)
             })
             .collect();
         let degree = degrees.iter().copied().max().unwrap_or(2);
-        let grid = Grid {
-            shells: LevelFinder::new(&shells),
-            columns: LevelFinder::new(&settings.columns_deg),
-            counts: degrees.iter().map(|d| (d + 1) * (d + 2) / 2).collect(),
-        };
+        let grid = Grid::new(&shells, &settings.columns_deg, degrees);
         let mut field_shells = air.medium.segment_levels(FIELD_SHELLS);
         field_shells.extend(&shells);
         field_shells.sort_by(f64::total_cmp);
@@ -351,7 +378,7 @@ impl Diffuse {
             view_shells: air.medium.segment_levels(VIEW_SHELLS),
             field_shells,
             harmonics: Harmonics::new(degree),
-            field: Field::default(),
+            source: Source::default(),
             orders: 1,
             grid,
             air,
@@ -363,18 +390,20 @@ impl Diffuse {
             View::Field => (&self.field_shells, &FIELD_SAMPLING),
             View::Observer => (&self.view_shells, &VIEW_SAMPLING),
         };
-        Template::new(
-            radius,
-            cosine,
-            &self.air.medium,
-            &self.grid,
-            shells,
-            sampling,
-            &mut scratch.path,
-        )
+        pulp::Arch::new().dispatch(|| {
+            Template::new(
+                radius,
+                cosine,
+                &self.air.medium,
+                &self.grid,
+                shells,
+                sampling,
+                &mut scratch.path,
+            )
+        })
     }
 
-    /// Sums the orders of scattering into `self.field`.
+    /// Sums the orders of scattering into `self.source`.
     fn successive_orders(&mut self, settings: &TransportSettings) -> Result<(), TransportError> {
         let shells = self.grid.shells.levels();
         let rays: Vec<Vec<Ring>> = shells
@@ -385,9 +414,8 @@ impl Diffuse {
             .collect();
         let mut order = self.gather(&rays, None);
         let mut total = order.clone();
-        let mut last_limit = self.column_sums(&total);
+        let mut last_limit = total.column_sums();
         let mut share = f64::INFINITY;
-        let (vectors, count) = (self.air.medium.vectors, self.harmonics.count());
         while share > settings.tolerance {
             if self.orders >= settings.most_orders {
                 return Err(TransportError::NotConverged {
@@ -396,15 +424,12 @@ impl Diffuse {
                     expected: settings.tolerance,
                 });
             }
-            let next = self.gather(&rays, Some(&order));
+            let fallen = order.column_sums();
+            let next = self.gather(&rays, Some(&Source::new(order)));
             self.orders += 1;
-            total.add(&next, None, vectors, count);
+            total.add(&next, None);
             // the rest of the series, if each column's light goes on falling by the same ratio
-            let (fallen, fresh, sum) = (
-                self.column_sums(&order),
-                self.column_sums(&next),
-                self.column_sums(&total),
-            );
+            let (fresh, sum) = (next.column_sums(), total.column_sums());
             let mut tail = vec![ZERO; sum.len()];
             share = 0.0;
             for (i, tail) in tail.iter_mut().enumerate() {
@@ -413,31 +438,18 @@ impl Diffuse {
                         let q = (fresh[i][l] / fallen[i][l]).min(0.99);
                         tail[l] = q / (1.0 - q);
                         let limit = sum[i][l] + tail[l] * fresh[i][l];
-                        share = share.max((limit / last_limit[i][l] - 1.0).abs());
+                        share = share.max(f64::from((limit / last_limit[i][l] - 1.0).abs()));
                         last_limit[i][l] = limit;
                     }
                 }
             }
             if share <= settings.tolerance {
-                total.add(&next, Some(&tail), vectors, count);
+                total.add(&next, Some(&tail));
             }
             order = next;
         }
-        total.measure(vectors, count);
-        self.field = total;
+        self.source = Source::new(total);
         Ok(())
-    }
-
-    /// Zeroth moments summed over the shells of each column, `[column * vectors + vector]`.
-    fn column_sums(&self, field: &Field) -> Vec<Lanes> {
-        let (vectors, count) = (self.air.medium.vectors, self.harmonics.count());
-        let shells = self.grid.shells.levels().len();
-        let mut sums = vec![ZERO; self.grid.columns.levels().len() * vectors];
-        for (i, moments) in field.moments.chunks_exact(count).enumerate() {
-            let (node, v) = (i / vectors, i % vectors);
-            add_scaled(&mut sums[node / shells * vectors + v], 1.0, &moments[0]);
-        }
-        sums
     }
 
     /// The field's directions at a shell; zenith intervals meet at the shell's own horizon.
@@ -469,151 +481,198 @@ impl Diffuse {
 
     /// One order of scattering: the radiance at every node of the grid, as phase-weighted moments.
     /// Without a source field, the first order.
-    fn gather(&self, rays: &[Vec<Ring>], source: Option<&Field>) -> Field {
-        let (vectors, count) = (self.air.medium.vectors, self.harmonics.count());
-        let columns = self.grid.columns.levels();
-        let shells = rays.len();
-        let nodes: Vec<(Vec<Lanes>, Vec<Lanes>)> = (0..self.grid.nodes())
-            .into_par_iter()
-            .map_init(Scratch::default, |scratch, node| {
-                let (shell, column) = (node % shells, node / shells);
-                self.gather_node(shell, columns[column], &rays[shell], source, scratch)
+    fn gather(&self, rays: &[Vec<Ring>], source: Option<&Source>) -> Field {
+        let shape = Shape {
+            columns: self.grid.columns.levels().len(),
+            count: self.harmonics.count(),
+            vectors: self.air.medium.vectors,
+        };
+        let rings: Vec<&Ring> = rays.iter().flatten().collect();
+        let waves: Vec<Vec<Lanes>> = rings
+            .par_iter()
+            .map_init(Scratch::default, |scratch, ring| {
+                self.ring_waves(ring, source, scratch)
             })
             .collect();
-        let mut field = Field::default();
-        for (node, (moments, irradiance)) in nodes.iter().enumerate() {
-            field.moments.extend(moments);
-            if node % shells == 0 {
-                field.ground_irradiance.extend(irradiance);
-            }
+        let per_shell = rays[0].len();
+        let per_vector = shape.count * shape.columns;
+        let mut moments = vec![ZERO; rays.len() * shape.vectors * per_vector];
+        moments
+            .par_chunks_exact_mut(per_vector)
+            .enumerate()
+            .for_each(|(i, moments)| {
+                let (shell, v) = (i / shape.vectors, i % shape.vectors);
+                let waves = &waves[shell * per_shell..(shell + 1) * per_shell];
+                self.add_moments(v, &rays[shell], waves, moments);
+                self.weight_by_phase(self.grid.shells.levels()[shell], v, moments);
+            });
+        Field {
+            shape,
+            moments,
+            ground_irradiance: self.irradiance(&rays[0], &waves),
         }
-        field.measure(vectors, count);
-        field
     }
 
-    /// Moments at one node, and the irradiance on a horizontal plane there.
-    fn gather_node(
+    /// Radiance around a ring, times each `cos mφ` and the solid angle, for the sun of every column:
+    /// `[(vector * orders + order) * columns + column]`.
+    fn ring_waves(
         &self,
-        shell: usize,
-        column_deg: f64,
-        rings: &[Ring],
-        source: Option<&Field>,
+        ring: &Ring,
+        source: Option<&Source>,
         scratch: &mut Scratch,
-    ) -> (Vec<Lanes>, Vec<Lanes>) {
-        let (vectors, count) = (self.air.medium.vectors, self.harmonics.count());
-        let z = self.grid.shells.levels()[shell];
-        let sun_cosine = Angle::from_degrees(column_deg).radians().cos();
-        let mut moments = vec![ZERO; vectors * count];
-        let mut irradiance = vec![ZERO; vectors];
-        let mut basis = vec![0.0; count];
-        for Ring {
+    ) -> Vec<Lanes> {
+        let Ring {
             template,
             weight,
             cos_azimuth,
-        } in rings
-        {
-            for cos_azimuth in cos_azimuth {
-                let mu = template.cosine;
-                let sines = ((1.0 - mu * mu) * (1.0 - sun_cosine * sun_cosine))
-                    .max(0.0)
-                    .sqrt();
-                let ray = Ray {
+        } = ring;
+        let (vectors, orders) = (self.air.medium.vectors, self.harmonics.degree + 1);
+        let columns = self.grid.columns.levels();
+        let mu = template.cosine;
+        scratch.rays.clear();
+        for column_deg in columns {
+            let sun_cosine = Angle::from_degrees(*column_deg).radians().cos();
+            let sines = ((1.0 - mu * mu) * (1.0 - sun_cosine * sun_cosine))
+                .max(0.0)
+                .sqrt();
+            scratch
+                .rays
+                .extend(cos_azimuth.iter().map(|cos_azimuth| Ray {
                     radius: template.radius,
                     cosine: mu,
                     sun_cosine,
                     cos_gamma: (mu * sun_cosine + sines * cos_azimuth).clamp(-1.0, 1.0),
-                };
-                scratch.start(vectors);
-                match source {
-                    None => self.air.add_sunlight(&ray, template, scratch),
-                    Some(field) => self.add_diffuse(&ray, template, field, scratch),
-                }
-                self.harmonics.evaluate(mu, *cos_azimuth, &mut basis);
-                for v in 0..vectors {
-                    for (k, y) in basis.iter().enumerate() {
-                        add_scaled(
-                            &mut moments[v * count + k],
-                            weight * y,
-                            &scratch.radiance[v],
-                        );
-                    }
-                    if mu > 0.0 {
-                        add_scaled(&mut irradiance[v], weight * mu, &scratch.radiance[v]);
-                    }
-                }
-            }
+                }));
         }
-        self.weight_by_phase(z, &mut moments);
-        (moments, irradiance)
-    }
-
-    /// Multiplies moments by those of the local phase function.
-    fn weight_by_phase(&self, z: f64, moments: &mut [Lanes]) {
-        let count = self.harmonics.count();
-        let place = self.air.medium.finder.find(z);
-        let rayleigh_2 = phase::rayleigh_second_moment(self.air.medium.depolarization);
-        for v in 0..self.air.medium.vectors {
-            let [rayleigh, aerosol, g, g2, w] = [
-                &self.air.medium.rayleigh,
-                &self.air.medium.aerosol,
-                &self.air.medium.g,
-                &self.air.medium.g2,
-                &self.air.medium.g_weight,
-            ]
-            .map(|table| self.air.medium.at(table, place, v));
-            for (k, degree) in self.harmonics.degrees().enumerate() {
-                let power = i32::try_from(degree).unwrap_or(0);
-                let ray = match degree {
-                    0 => 1.0,
-                    2 => rayleigh_2,
-                    _ => 0.0,
-                };
-                let lanes = &mut moments[v * count + k];
-                for l in 0..WIDTH {
-                    let aer = w[l] * g[l].powi(power) + (1.0 - w[l]) * g2[l].powi(power);
-                    let all = rayleigh[l] + aerosol[l];
-                    lanes[l] *= if all > 0.0 {
-                        (rayleigh[l] * ray + aerosol[l] * aer) / all
-                    } else {
-                        ray
-                    };
-                }
-            }
-        }
-    }
-
-    /// Adds the diffuse light that a field sends along a ray to `scratch.radiance`.
-    fn add_diffuse(&self, ray: &Ray, template: &Template, field: &Field, scratch: &mut Scratch) {
-        let (vectors, count) = (self.air.medium.vectors, self.harmonics.count());
         let Scratch {
-            basis, radiance, ..
+            sun,
+            fan,
+            rays,
+            radiance,
+            ..
         } = scratch;
-        basis.resize(count, 0.0);
-        let last = template.stops.len() - 1;
-        for (k, stop) in template.stops.iter().enumerate() {
-            let sun_cosine = sun_cosine_at(ray, stop);
-            let corners = self.grid.corners(stop.shell, sun_cosine, field);
-            self.harmonics
-                .evaluate(stop.cosine, cos_azimuth_at(ray, stop, sun_cosine), basis);
-            let used = &basis[..corners.count];
-            let weights = &template.weights[k * vectors..(k + 1) * vectors];
-            let ground = if k == last {
-                template.ground.as_slice()
-            } else {
-                &[]
-            };
-            pulp::Arch::new().dispatch(DiffuseStop {
-                field,
-                corners: &corners,
-                stride: count,
-                basis: used,
-                weights,
-                ground,
-                reflectance: self.air.reflectance,
-                shells: self.grid.shells.levels().len(),
-                radiance,
-            });
+        radiance.clear();
+        radiance.resize(rays.len() * vectors, ZERO);
+        match source {
+            None => {
+                for (ray, radiance) in rays.iter().zip(radiance.chunks_exact_mut(vectors)) {
+                    self.air.add_sunlight(ray, template, sun, radiance);
+                }
+            }
+            Some(source) => self.add_diffuse(rays, template, source, fan, radiance),
         }
+        let mut waves = vec![ZERO; columns.len() * vectors * orders];
+        let around = cos_azimuth.len();
+        for (i, light) in radiance.iter().enumerate() {
+            let (ray, v) = (i / vectors, i % vectors);
+            let (column, azimuth) = (ray / around, ray % around);
+            let cos_azimuth = cos_azimuth[azimuth];
+            let (mut before, mut cos_m) = (cos_azimuth, 1.0); // cos(-φ), cos(0)
+            for m in 0..orders {
+                let wave = &mut waves[(v * orders + m) * columns.len() + column];
+                add_scaled(wave, lane(weight * cos_m), light);
+                (before, cos_m) = (cos_m, 2.0 * cos_azimuth * cos_m - before);
+            }
+        }
+        waves
+    }
+
+    /// Adds the moments of the rings of a shell, `[harmonic * columns + column]`, for one vector.
+    fn add_moments(&self, v: usize, rings: &[Ring], waves: &[Vec<Lanes>], moments: &mut [Lanes]) {
+        let columns = self.grid.columns.levels().len();
+        let orders = self.harmonics.degree + 1;
+        let mut functions = vec![0.0; self.harmonics.count()];
+        for (ring, waves) in rings.iter().zip(waves) {
+            self.harmonics
+                .evaluate(ring.template.cosine, &mut functions);
+            let harmonics = self.harmonics.orders_and_degrees().zip(&functions);
+            for (moments, ((m, _), y)) in moments.chunks_exact_mut(columns).zip(harmonics) {
+                let wave = &waves[(v * orders + m) * columns..][..columns];
+                for (moment, wave) in moments.iter_mut().zip(wave) {
+                    add_scaled(moment, *y, wave);
+                }
+            }
+        }
+    }
+
+    /// Irradiance on a horizontal plane at a shell, `[vector * columns + column]`.
+    fn irradiance(&self, rings: &[Ring], waves: &[Vec<Lanes>]) -> Vec<Lanes> {
+        let columns = self.grid.columns.levels().len();
+        let orders = self.harmonics.degree + 1;
+        let mut irradiance = vec![ZERO; columns * self.air.medium.vectors];
+        for (ring, waves) in rings.iter().zip(waves) {
+            let mu = ring.template.cosine;
+            if mu > 0.0 {
+                for (sums, waves) in irradiance
+                    .chunks_exact_mut(columns)
+                    .zip(waves.chunks_exact(orders * columns))
+                {
+                    for (sum, wave) in sums.iter_mut().zip(waves) {
+                        add_scaled(sum, lane(mu), wave);
+                    }
+                }
+            }
+        }
+        irradiance
+    }
+
+    /// Multiplies moments of one vector by those of the local phase function.
+    fn weight_by_phase(&self, z: f64, v: usize, moments: &mut [Lanes]) {
+        let medium = &self.air.medium;
+        let place = medium.finder.find(z);
+        let rayleigh_2 = phase::rayleigh_second_moment(medium.depolarization);
+        let [rayleigh, aerosol, g, g2, w] = [
+            &medium.rayleigh,
+            &medium.aerosol,
+            &medium.g,
+            &medium.g2,
+            &medium.g_weight,
+        ]
+        .map(|table| medium.at(table, place, v));
+        let rows = moments.chunks_exact_mut(self.grid.columns.levels().len());
+        for ((_, degree), moments) in self.harmonics.orders_and_degrees().zip(rows) {
+            let power = i32::try_from(degree).unwrap_or(0);
+            let ray = match degree {
+                0 => 1.0,
+                2 => lane(rayleigh_2),
+                _ => 0.0,
+            };
+            let factor: Lanes = core::array::from_fn(|l| {
+                let aer = w[l] * g[l].powi(power) + (1.0 - w[l]) * g2[l].powi(power);
+                let all = rayleigh[l] + aerosol[l];
+                if all > 0.0 {
+                    (rayleigh[l] * ray + aerosol[l] * aer) / all
+                } else {
+                    ray
+                }
+            });
+            for moment in moments {
+                for l in 0..WIDTH {
+                    moment[l] *= factor[l];
+                }
+            }
+        }
+    }
+
+    /// Adds the diffuse light that a field sends along the rays that share a template.
+    fn add_diffuse(
+        &self,
+        rays: &[Ray],
+        template: &Template,
+        source: &Source,
+        scratch: &mut FanScratch,
+        radiance: &mut [Lanes],
+    ) {
+        pulp::Arch::new().dispatch(FanSweep {
+            grid: &self.grid,
+            harmonics: &self.harmonics,
+            source,
+            template,
+            rays,
+            reflectance: self.air.reflectance,
+            scratch,
+            radiance,
+        });
     }
 }
 
@@ -627,10 +686,14 @@ impl Sunlit {
         }
     }
 
-    /// Adds sunlight scattered once to `scratch.radiance`, read at the template's stops alone: enough
-    /// for the source of the next order.
-    fn add_sunlight(&self, ray: &Ray, template: &Template, scratch: &mut Scratch) {
-        let Scratch { sun, radiance, .. } = scratch;
+    /// Adds sunlight scattered once, by air or ground, along a ray to `radiance`.
+    fn add_sunlight(
+        &self,
+        ray: &Ray,
+        template: &Template,
+        sun: &mut Vec<SunPlace>,
+        radiance: &mut [Lanes],
+    ) {
         sun.clear();
         sun.extend(
             template
@@ -648,102 +711,6 @@ impl Sunlit {
                 reflectance: self.reflectance,
                 radiance,
             });
-        }
-    }
-
-    /// Adds sunlight scattered once, by air or ground, along a ray to `scratch.radiance`.
-    fn add_single(&self, ray: &Ray, shells: &[f64], sampling: &Sampling, scratch: &mut Scratch) {
-        let Scratch {
-            path,
-            sun,
-            radiance,
-            ..
-        } = scratch;
-        path.trace(ray, &self.medium, shells, sampling);
-        sun.clear();
-        sun.extend(
-            path.points
-                .iter()
-                .map(|p| self.sun.place(p.z, p.sun_cosine)),
-        );
-        if sun.iter().any(|s| s.lit) {
-            pulp::Arch::new().dispatch(SingleSweep {
-                medium: &self.medium,
-                table: &self.sun,
-                cos_gamma: ray.cos_gamma,
-                path,
-                sun,
-                reflectance: self.reflectance,
-                radiance,
-            });
-        }
-    }
-}
-
-/// Inner loop: the diffuse source at one stop of a ray, all wavelengths.
-struct DiffuseStop<'a> {
-    field: &'a Field,
-    corners: &'a Corners,
-    /// Harmonics stored for each node and vector.
-    stride: usize,
-    basis: &'a [f64],
-    weights: &'a [Lanes],
-    ground: &'a [Lanes],
-    reflectance: f64,
-    shells: usize,
-    radiance: &'a mut [Lanes],
-}
-
-impl pulp::NullaryFnOnce for DiffuseStop<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        let Self {
-            field,
-            corners,
-            stride,
-            basis,
-            weights,
-            ground,
-            reflectance,
-            shells,
-            radiance,
-        } = self;
-        let vectors = radiance.len();
-        for (v, out) in radiance.iter_mut().enumerate() {
-            // one chain of sums for each corner, so that additions need not wait for one another
-            let moments = corners.node.map(|node| {
-                let first = (node * vectors + v) * stride;
-                &field.moments[first..first + basis.len()]
-            });
-            let mut sums = [ZERO; 4];
-            for (k, y) in basis.iter().enumerate() {
-                for (sum, moments) in sums.iter_mut().zip(&moments) {
-                    add_scaled(sum, *y, &moments[k]);
-                }
-            }
-            let mut s = ZERO;
-            for (weight, sum) in corners.weight.iter().zip(&sums) {
-                add_scaled(&mut s, *weight, sum);
-            }
-            for l in 0..WIDTH {
-                out[l] += weights[v][l] * s[l].max(0.0);
-            }
-            if let Some(through) = ground.get(v) {
-                let mut irradiance = ZERO;
-                for c in 0..4 {
-                    let row = corners.node[c] / shells * vectors + v;
-                    add_scaled(
-                        &mut irradiance,
-                        corners.weight[c],
-                        &field.ground_irradiance[row],
-                    );
-                }
-                for l in 0..WIDTH {
-                    out[l] += through[l] * irradiance[l] * reflectance;
-                }
-            }
         }
     }
 }
@@ -773,7 +740,7 @@ impl pulp::NullaryFnOnce for SunlitStops<'_> {
             reflectance,
             radiance,
         } = self;
-        let rayleigh_phase = phase::rayleigh(ray.cos_gamma, m.depolarization);
+        let rayleigh_phase = lane(phase::rayleigh(ray.cos_gamma, m.depolarization));
         let vectors = radiance.len();
         for (k, stop) in template.stops.iter().enumerate() {
             if !sun[k].lit {
@@ -781,110 +748,27 @@ impl pulp::NullaryFnOnce for SunlitStops<'_> {
             }
             let hazy = m.hazy[stop.place.level] || m.hazy[stop.place.level + 1];
             for (v, out) in radiance.iter_mut().enumerate() {
-                let t = table.transmittance(&sun[k], v);
-                let rayleigh = &template.rayleigh[k * vectors + v];
-                for l in 0..WIDTH {
-                    out[l] += t[l] * rayleigh[l] * rayleigh_phase;
-                }
+                let mut scattered = ZERO;
+                let at = k * vectors + v;
+                add_scaled(&mut scattered, rayleigh_phase, &template.rayleigh[at]);
                 if hazy {
-                    let aerosol = &template.aerosol[k * vectors + v];
-                    let p = m.aerosol_phase(stop.place, v, ray.cos_gamma);
-                    for l in 0..WIDTH {
-                        out[l] += t[l] * aerosol[l] * p[l];
-                    }
+                    let phase = m.aerosol_phase(stop.place, v, ray.cos_gamma);
+                    add_product(&mut scattered, &template.aerosol[at], &phase);
                 }
+                add_product(out, &table.transmittance(&sun[k], v), &scattered);
             }
         }
         let last = template.stops.len() - 1;
         let cosine = sun_cosine_at(ray, &template.stops[last]);
         if cosine > 0.0 && sun[last].lit {
             for (v, through) in template.ground.iter().enumerate() {
-                let t = table.transmittance(&sun[last], v);
-                for l in 0..WIDTH {
-                    radiance[v][l] += through[l] * t[l] * cosine * reflectance;
-                }
-            }
-        }
-    }
-}
-
-/// Inner loop: single scattering along one path, all wavelengths.
-struct SingleSweep<'a> {
-    medium: &'a Medium,
-    table: &'a SunTable,
-    cos_gamma: f64,
-    path: &'a Path,
-    sun: &'a [SunPlace],
-    reflectance: f64,
-    radiance: &'a mut [Lanes],
-}
-
-impl SingleSweep<'_> {
-    /// Light scattered towards the eye per kilometre at a point of the path.
-    #[inline(always)]
-    fn source(&self, i: usize, v: usize, rayleigh_phase: f64) -> Lanes {
-        let (m, mu) = (self.medium, self.cos_gamma);
-        if !self.sun[i].lit {
-            return ZERO;
-        }
-        let place = self.path.points[i].place;
-        let mut scattered = m.at(&m.rayleigh, place, v);
-        for x in &mut scattered {
-            *x *= rayleigh_phase;
-        }
-        if m.hazy[place.level] || m.hazy[place.level + 1] {
-            let aerosol = m.at(&m.aerosol, place, v);
-            let p = m.aerosol_phase(place, v, mu);
-            for l in 0..WIDTH {
-                scattered[l] += aerosol[l] * p[l];
-            }
-        }
-        let t = self.table.transmittance(&self.sun[i], v);
-        for l in 0..WIDTH {
-            scattered[l] *= t[l];
-        }
-        scattered
-    }
-
-    #[inline(always)]
-    fn extinction(&self, i: usize, v: usize) -> Lanes {
-        self.medium
-            .at(&self.medium.extinction, self.path.points[i].place, v)
-    }
-}
-
-impl pulp::NullaryFnOnce for SingleSweep<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(mut self) {
-        let rayleigh_phase = phase::rayleigh(self.cos_gamma, self.medium.depolarization);
-        let path = self.path;
-        let last = path.points.len() - 1;
-        let cosine = path.points[last].sun_cosine;
-        let radiance = core::mem::take(&mut self.radiance);
-        for (v, radiance) in radiance.iter_mut().enumerate() {
-            let mut through = [1.0; WIDTH];
-            let mut j_a = self.source(0, v, rayleigh_phase);
-            let mut e_a = self.extinction(0, v);
-            for (k, length) in path.lengths.iter().enumerate() {
-                let e_m = self.extinction(2 * k + 1, v);
-                let e_b = self.extinction(2 * k + 2, v);
-                let (middle, end) = simpson_transmittance(*length, &e_a, &e_m, &e_b);
-                let j_m = self.source(2 * k + 1, v, rayleigh_phase);
-                let j_b = self.source(2 * k + 2, v, rayleigh_phase);
-                for l in 0..WIDTH {
-                    radiance[l] += through[l] * length / 6.0
-                        * (j_a[l] + 4.0 * j_m[l] * middle[l] + j_b[l] * end[l]);
-                    through[l] *= end[l];
-                }
-                (j_a, e_a) = (j_b, e_b);
-            }
-            if path.ground && cosine > 0.0 {
-                let t = self.table.transmittance(&self.sun[last], v);
-                for l in 0..WIDTH {
-                    radiance[l] += through[l] * t[l] * cosine * self.reflectance;
-                }
+                let mut reflected = ZERO;
+                add_scaled(&mut reflected, lane(cosine * reflectance), through);
+                add_product(
+                    &mut radiance[v],
+                    &table.transmittance(&sun[last], v),
+                    &reflected,
+                );
             }
         }
     }
@@ -892,18 +776,6 @@ impl pulp::NullaryFnOnce for SingleSweep<'_> {
 
 fn sun_cosine_at(ray: &Ray, stop: &Stop) -> f64 {
     ((ray.radius * ray.sun_cosine + stop.length * ray.cos_gamma) / stop.radius).clamp(-1.0, 1.0)
-}
-
-/// Cosine of the azimuth between ray and sun in the frame of the stop.
-fn cos_azimuth_at(ray: &Ray, stop: &Stop, sun_cosine: f64) -> f64 {
-    let sines = ((1.0 - stop.cosine * stop.cosine) * (1.0 - sun_cosine * sun_cosine))
-        .max(0.0)
-        .sqrt();
-    if sines > 1e-9 {
-        ((ray.cos_gamma - stop.cosine * sun_cosine) / sines).clamp(-1.0, 1.0)
-    } else {
-        1.0
-    }
 }
 
 /// Highest degree of harmonics that the phase function at an altitude asks for: the source of the
@@ -915,19 +787,21 @@ fn degree_at(medium: &Medium, z: f64) -> usize {
     let aerosol = medium.at(&medium.aerosol, place, medium.vectors - 1);
     let share = (0..WIDTH).fold(0.0_f64, |s, l| {
         if all[l] > 0.0 {
-            s.max(aerosol[l] / all[l])
+            s.max(f64::from(aerosol[l] / all[l]))
         } else {
             s
         }
     });
     let g = medium.largest_g;
-    (2..=12_usize)
+    (2..=HIGHEST_DEGREE)
         .find(|l| {
             share * (2.0 * as_f64(*l) + 3.0) * g.powi(2).powf(as_f64(*l) + 1.0)
                 < HARMONICS_TOLERANCE
         })
-        .unwrap_or(12)
+        .unwrap_or(HIGHEST_DEGREE)
 }
 
+/// Harmonics beyond this degree are not used.
+const HIGHEST_DEGREE: usize = 12;
 /// Largest neglected moment of doubly scattered light, relative to its mean.
 const HARMONICS_TOLERANCE: f64 = 0.1;

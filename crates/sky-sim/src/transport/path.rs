@@ -30,8 +30,6 @@ pub(super) struct Point {
     pub(super) z: f64,
     /// Cosine of the angle between the ray and the local vertical.
     pub(super) cosine: f64,
-    /// Cosine of the local sun zenith angle.
-    pub(super) sun_cosine: f64,
     /// Place among the medium's levels.
     pub(super) place: Between,
 }
@@ -74,17 +72,32 @@ impl Ray {
         square / (self.radius_at(length) + EARTH_RADIUS_KM)
     }
 
+    /// Where the ray crosses the cylinder of shadow behind the Earth, before `end` \[km\].
+    pub(super) fn shadow_edges(&self, end: f64) -> impl Iterator<Item = f64> + use<> {
+        // distance² from the sun's axis: a ℓ² + 2 b ℓ + c = 0 at the cylinder's wall
+        let (along, cos_gamma) = (self.radius * self.sun_cosine, self.cos_gamma);
+        let a = (1.0 - cos_gamma) * (1.0 + cos_gamma);
+        let b = self.radius * self.cosine - along * cos_gamma;
+        let c = (self.radius - EARTH_RADIUS_KM) * (self.radius + EARTH_RADIUS_KM) - along * along;
+        let square = b * b - a * c;
+        let crosses = a >= 1e-12 && square > 0.0;
+        let root = square.max(0.0).sqrt();
+        [(-b - root) / a, (-b + root) / a]
+            .into_iter()
+            .filter(move |length| {
+                let behind = along + length * cos_gamma < 0.0;
+                crosses && behind && *length > 1e-6 && *length < end - 1e-6
+            })
+    }
+
     fn point(&self, length: f64, medium: &Medium) -> Point {
         let r = self.radius_at(length);
         let z = self.altitude_at(length).clamp(0.0, medium.top_km());
         let cosine = ((self.radius * self.cosine + length) / r).clamp(-1.0, 1.0);
-        let sun_cosine =
-            ((self.radius * self.sun_cosine + length * self.cos_gamma) / r).clamp(-1.0, 1.0);
         Point {
             length,
             z,
             cosine,
-            sun_cosine,
             place: medium.finder.find(z),
         }
     }
@@ -128,33 +141,10 @@ impl Path {
         if to_tangent > 1e-9 && to_tangent < end - 1e-9 {
             self.breaks.push(to_tangent);
         }
-        self.push_shadow_edges(ray, end);
+        self.breaks.extend(ray.shadow_edges(end));
         self.breaks.push(end);
         self.breaks.sort_by(f64::total_cmp);
         self.subdivide(ray, medium, sampling);
-    }
-
-    /// The ray's crossings of the cylinder of shadow behind the Earth.
-    fn push_shadow_edges(&mut self, ray: &Ray, end: f64) {
-        // distance² from the sun's axis: a ℓ² + 2 b ℓ + c = 0 at the cylinder's wall
-        let along = ray.radius * ray.sun_cosine;
-        let a = (1.0 - ray.cos_gamma) * (1.0 + ray.cos_gamma);
-        let b = ray.radius * ray.cosine - along * ray.cos_gamma;
-        let c = (ray.radius - EARTH_RADIUS_KM) * (ray.radius + EARTH_RADIUS_KM) - along * along;
-        if a < 1e-12 {
-            return;
-        }
-        let root = b * b - a * c;
-        if root <= 0.0 {
-            return;
-        }
-        let root = root.sqrt();
-        for length in [(-b - root) / a, (-b + root) / a] {
-            let behind = along + length * ray.cos_gamma < 0.0;
-            if behind && length > 1e-6 && length < end - 1e-6 {
-                self.breaks.push(length);
-            }
-        }
     }
 
     fn subdivide(&mut self, ray: &Ray, medium: &Medium, sampling: &Sampling) {

@@ -1,22 +1,20 @@
 //! From the wavelengths that the diffuse light is solved for to all wavelengths of a profile.
 //!
-//! Diffuse light is smooth in wavelength but for absorption, which is known. So only every n-th
-//! wavelength is solved; in between, the logarithm of the light, freed of the absorption that it
-//! shows, is interpolated by a cubic. A profile whose scattering is not smooth, or that has few
-//! wavelengths, is solved at each.
+//! Diffuse light is smooth in wavelength but for absorption, which is known. So only some wavelengths
+//! are solved; in between, the logarithm of the light, freed of the absorption that it shows, is
+//! interpolated by a cubic. A profile whose optics are not smooth, or that has few wavelengths, is
+//! solved at each.
 
 use super::lanes::{Lanes, WIDTH};
 use crate::optics::OpticalProfile;
 use sky_core::axis::{four_from, lagrange_weights};
 
 /// Widest gap between solved wavelengths \[nm\].
-const WIDEST_GAP_NM: f64 = 20.0;
-/// Profiles with fewer wavelengths are solved at each.
-const FEWEST: usize = 12;
+const WIDEST_GAP_NM: f64 = 30.0;
 /// Largest relative error of the interpolated vertical scattering depth.
-const SCATTERING_TOLERANCE: f64 = 5e-3;
+const SCATTERING_TOLERANCE: f64 = 1e-2;
 /// Largest error of the interpolated vertical absorption depth.
-const ABSORPTION_TOLERANCE: f64 = 5e-3;
+const ABSORPTION_TOLERANCE: f64 = 1e-2;
 
 /// Which wavelengths are solved, and how the others follow.
 #[derive(Clone, Debug)]
@@ -25,6 +23,8 @@ pub(super) struct Spread {
     solved: Vec<usize>,
     /// For each wavelength of the profile: first of four solved ones, and their weights.
     cubic: Vec<(usize, [f64; 4])>,
+    /// Weights of the bend at each solved wavelength but the outer two on either side.
+    bends: Vec<[f64; 5]>,
     /// Vertical absorption optical depth at each wavelength.
     absorption: Vec<f64>,
 }
@@ -34,6 +34,13 @@ fn cubic(nodes: &[f64], x: f64) -> (usize, [f64; 4]) {
     let above = nodes.partition_point(|n| *n <= x);
     let first = above.saturating_sub(2).min(nodes.len() - 4);
     (first, lagrange_weights(&four_from(nodes, first), x))
+}
+
+/// Weights of five neighboring nodes: how far the middle one lies from the cubic of the others.
+fn bend(nodes: &[f64], middle: usize) -> [f64; 5] {
+    let [a, b, d, e] = [middle - 2, middle - 1, middle + 1, middle + 2].map(|i| nodes[i]);
+    let [a, b, d, e] = lagrange_weights(&[a, b, d, e], nodes[middle]);
+    [-a, -b, 1.0, -d, -e]
 }
 
 fn weighted(values: &[f64], (first, weights): &(usize, [f64; 4])) -> f64 {
@@ -66,45 +73,40 @@ impl Spread {
             &optics.gas_absorption_per_km,
             &optics.aerosol_absorption_per_km,
         ]);
-        for stride in (2..=20).rev() {
-            let mut solved: Vec<usize> = (0..n).step_by(stride).collect();
-            if solved.last() != Some(&(n - 1)) {
-                solved.push(n - 1);
-            }
-            if solved.len() < FEWEST
-                || solved
-                    .windows(2)
-                    .any(|w| nm[w[1]] - nm[w[0]] > WIDEST_GAP_NM)
-            {
-                continue;
-            }
+        let mut spread = Self {
+            solved: (0..n).collect(),
+            cubic: Vec::new(),
+            bends: Vec::new(),
+            absorption,
+        };
+        // evenly spread, in full vectors, as few as do
+        for count in (WIDTH..n).step_by(WIDTH) {
+            let solved: Vec<usize> = (0..count)
+                .map(|i| (2 * i * (n - 1) + count - 1) / (2 * (count - 1)))
+                .collect();
             let nodes: Vec<f64> = solved.iter().map(|i| nm[*i]).collect();
             let cubic: Vec<_> = nm.iter().map(|x| cubic(&nodes, *x)).collect();
             let at = |values: &[f64]| solved.iter().map(|i| values[*i]).collect::<Vec<_>>();
-            let (scattered, absorbed) = (at(&scattering), at(&absorption));
-            let good = (0..n).all(|w| {
-                (weighted(&scattered, &cubic[w]) - scattering[w]).abs()
-                    <= SCATTERING_TOLERANCE * scattering[w]
-                    && (weighted(&absorbed, &cubic[w]) - absorption[w]).abs()
-                        <= ABSORPTION_TOLERANCE
-            });
+            let (scattered, absorbed) = (at(&scattering), at(&spread.absorption));
+            let good = nodes.windows(2).all(|w| w[1] - w[0] <= WIDEST_GAP_NM)
+                && (0..n).all(|w| {
+                    let scattering_miss = weighted(&scattered, &cubic[w]) - scattering[w];
+                    let absorption_miss = weighted(&absorbed, &cubic[w]) - spread.absorption[w];
+                    scattering_miss.abs() <= SCATTERING_TOLERANCE * scattering[w]
+                        && absorption_miss.abs() <= ABSORPTION_TOLERANCE
+                });
             if good {
-                return Self {
-                    solved,
-                    cubic,
-                    absorption,
-                };
+                spread.bends = (2..count - 2).map(|i| bend(&nodes, i)).collect();
+                spread.cubic = cubic;
+                spread.solved = solved;
+                break;
             }
         }
-        Self {
-            solved: (0..n).collect(),
-            cubic: Vec::new(),
-            absorption,
-        }
+        spread
     }
 
-    /// The profile at the solved wavelengths; `None` if these are all.
-    pub(super) fn coarse(&self, optics: &OpticalProfile) -> Option<OpticalProfile> {
+    /// The profile at the solved wavelengths, and their indices; `None` if these are all.
+    pub(super) fn coarse(&self, optics: &OpticalProfile) -> Option<(OpticalProfile, &[usize])> {
         if self.cubic.is_empty() {
             return None;
         }
@@ -115,7 +117,7 @@ impl Spread {
                 .flat_map(|row| self.solved.iter().map(|i| row[*i]))
                 .collect()
         };
-        Some(OpticalProfile {
+        let coarse = OpticalProfile {
             altitude_km: optics.altitude_km.clone(),
             wavelength_nm: self
                 .solved
@@ -130,12 +132,13 @@ impl Spread {
             aerosol_g2: pick(&optics.aerosol_g2),
             aerosol_g_weight: pick(&optics.aerosol_g_weight),
             rayleigh_depolarization: optics.rayleigh_depolarization,
-        })
+        };
+        Some((coarse, &self.solved))
     }
 
     /// Adds diffuse radiance at the solved wavelengths to a spectrum at all.
     pub(super) fn add(&self, diffuse: &[Lanes], spectrum: &mut [f64]) {
-        let light = |i: usize| diffuse[i / WIDTH][i % WIDTH];
+        let light = |i: usize| f64::from(diffuse[i / WIDTH][i % WIDTH]);
         let count = self.solved.len();
         if self.cubic.is_empty() {
             for (i, out) in spectrum.iter_mut().enumerate() {
@@ -154,12 +157,10 @@ impl Spread {
         let mut logarithm: Vec<f64> = (0..count).map(|i| light(i).ln()).collect();
         let depth: Vec<f64> = self.solved.iter().map(|i| self.absorption[*i]).collect();
         // the absorber paths that the light shows: where absorption bends, so does the light
-        let bend = |v: &[f64], i: usize| {
-            v[i - 2] - 4.0 * v[i - 1] + 6.0 * v[i] - 4.0 * v[i + 1] + v[i + 2]
-        };
         let (mut both, mut square) = (0.0, 1e-12);
-        for i in 2..count - 2 {
-            let (l, d) = (bend(&logarithm, i), bend(&depth, i));
+        for (i, weights) in self.bends.iter().enumerate() {
+            let bend = |v: &[f64]| -> f64 { weights.iter().zip(&v[i..]).map(|(w, x)| w * x).sum() };
+            let (l, d) = (bend(&logarithm), bend(&depth));
             both += l * d;
             square += d * d;
         }

@@ -3,7 +3,7 @@
 //! Tabulated once as ln τ over altitude and the cosine of the local sun zenith angle. The second
 //! axis starts at the point's own geometric horizon, where the ground hides the sun.
 
-use super::lanes::{Lanes, ZERO, add_scaled, exp};
+use super::lanes::{Lanes, WIDTH, ZERO, add_scaled, exp, lane, vectors};
 use super::medium::{Between, LevelFinder, Medium};
 use rayon::prelude::*;
 use sky_core::quantity::EARTH_RADIUS_KM;
@@ -12,9 +12,9 @@ use sky_core::quantity::EARTH_RADIUS_KM;
 const SAMPLES: usize = 72;
 const SAMPLES_F: f64 = 72.0;
 /// Width of the fine part of the sun's axis, in cosine.
-const FINE: f64 = 0.02;
+const FINE: f64 = 0.1;
 /// Optical depths below this are zero for us; keeps the logarithm finite.
-const TINY: f64 = 1e-14;
+const TINY: f32 = 1e-14;
 
 /// ln τ on levels × sun positions × wavelengths.
 #[derive(Clone, Debug)]
@@ -29,7 +29,7 @@ pub(super) struct SunTable {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct SunPlace {
     rows: [usize; 8],
-    weights: [f64; 8],
+    weights: [f32; 8],
     pub(super) lit: bool,
 }
 
@@ -40,11 +40,13 @@ pub(super) fn horizon_cosine(z: f64) -> f64 {
 }
 
 fn coordinate_from_cosine(cosine: f64, horizon: f64) -> f64 {
-    ((cosine - horizon).max(0.0) / FINE).asinh() / ((1.0 - horizon) / FINE).asinh()
+    let (above, all) = ((cosine - horizon).max(0.0), 1.0 - horizon);
+    above * (all + FINE) / (all * (above + FINE))
 }
 
 fn cosine_from_coordinate(u: f64, horizon: f64) -> f64 {
-    horizon + FINE * (u * ((1.0 - horizon) / FINE).asinh()).sinh()
+    let all = 1.0 - horizon;
+    horizon + u * all * FINE / (all * (1.0 - u) + FINE)
 }
 
 /// Cubic Lagrange weights on four equidistant samples, `t` counted from the first.
@@ -78,11 +80,15 @@ impl SunTable {
                 let mut rows = vec![ZERO; SAMPLES * vectors];
                 for (k, row) in rows.chunks_exact_mut(vectors).enumerate() {
                     let u = f64::from(u32::try_from(k).unwrap_or(0)) / (SAMPLES_F - 1.0);
-                    optical_depth_to_space(medium, *z, cosine_from_coordinate(u, *horizon), row);
+                    let cosine = cosine_from_coordinate(u, *horizon);
+                    pulp::Arch::new().dispatch(DepthToSpace {
+                        medium,
+                        z: *z,
+                        cosine,
+                        out: row,
+                    });
                     for v in row {
-                        for x in v {
-                            *x = x.max(TINY).ln();
-                        }
+                        *v = v.map(|x| x.max(TINY).ln());
                     }
                 }
                 rows
@@ -93,6 +99,29 @@ impl SunTable {
             vectors,
             log_depth,
             horizon_cosine: horizon,
+        }
+    }
+
+    /// The table at some of its wavelengths.
+    pub(super) fn pick(&self, wavelengths: &[usize]) -> Self {
+        let picked = vectors(wavelengths.len());
+        let log_depth = self
+            .log_depth
+            .chunks_exact(self.vectors)
+            .flat_map(|row| {
+                (0..picked).map(move |v| {
+                    core::array::from_fn(|l| {
+                        let i = wavelengths[(v * WIDTH + l).min(wavelengths.len() - 1)];
+                        row[i / WIDTH][i % WIDTH]
+                    })
+                })
+            })
+            .collect();
+        Self {
+            finder: self.finder.clone(),
+            vectors: picked,
+            log_depth,
+            horizon_cosine: self.horizon_cosine.clone(),
         }
     }
 
@@ -120,7 +149,7 @@ impl SunTable {
             let share = if side == 0 { 1.0 - fraction } else { fraction };
             for (k, w) in w.iter().enumerate() {
                 place.rows[side * 4 + k] = ((level + side) * SAMPLES + first + k) * self.vectors;
-                place.weights[side * 4 + k] = w * share;
+                place.weights[side * 4 + k] = lane(w * share);
             }
         }
         place
@@ -148,54 +177,71 @@ impl SunTable {
     }
 }
 
-/// Optical depth from a point to the top of the atmosphere, added to `out` (one row of vectors).
+/// Inner loop: optical depth from a point to the top of the atmosphere, added to one row of vectors.
 ///
 /// The ray must clear the ground. Extinction is linear between levels and r(ℓ) smooth, so Simpson's
 /// rule in each shell is as good as exact.
-pub(super) fn optical_depth_to_space(medium: &Medium, z: f64, cosine: f64, out: &mut [Lanes]) {
-    let r0 = EARTH_RADIUS_KM + z;
-    let impact = r0 * ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt();
-    if cosine < 0.0 {
-        let tangent = (impact - EARTH_RADIUS_KM).max(0.0);
-        shells_above(medium, tangent, z, impact, out);
-        shells_above(medium, tangent, medium.top_km(), impact, out);
-    } else {
-        shells_above(medium, z, medium.top_km(), impact, out);
+struct DepthToSpace<'a> {
+    medium: &'a Medium,
+    z: f64,
+    cosine: f64,
+    out: &'a mut [Lanes],
+}
+
+impl pulp::NullaryFnOnce for DepthToSpace<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(mut self) {
+        let (z, cosine) = (self.z, self.cosine);
+        let r0 = EARTH_RADIUS_KM + z;
+        let impact = r0 * ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt();
+        let from = if cosine < 0.0 {
+            let tangent = (impact - EARTH_RADIUS_KM).max(0.0);
+            self.add_shells(tangent, z, impact);
+            tangent
+        } else {
+            z
+        };
+        self.add_shells(from, self.medium.top_km(), impact);
     }
 }
 
-/// Adds the optical depth of a straight ray of given impact parameter between two altitudes.
-fn shells_above(medium: &Medium, from: f64, to: f64, impact: f64, out: &mut [Lanes]) {
-    let levels = medium.finder.levels();
-    let length = |z: f64| {
-        let r = EARTH_RADIUS_KM + z;
-        ((r - impact) * (r + impact)).max(0.0).sqrt()
-    };
-    let mut k = medium.finder.find(from).level;
-    let mut a = from;
-    let mut length_a = length(a);
-    while a < to && k + 1 < levels.len() {
-        let b = levels[k + 1].min(to);
-        if b > a {
-            let length_b = length(b);
-            let path = length_b - length_a;
-            let middle = 0.5 * (length_a + length_b);
-            let z_middle = impact.hypot(middle) - EARTH_RADIUS_KM;
-            let f = |z: f64| ((z - levels[k]) / (levels[k + 1] - levels[k])).clamp(0.0, 1.0);
-            let upper = (f(a) + 4.0 * f(z_middle) + f(b)) / 6.0;
-            for (v, lanes) in out.iter_mut().enumerate() {
-                let row = k * medium.vectors + v;
-                add_scaled(lanes, path * (1.0 - upper), &medium.extinction[row]);
-                add_scaled(
-                    lanes,
-                    path * upper,
-                    &medium.extinction[row + medium.vectors],
-                );
+impl DepthToSpace<'_> {
+    /// Adds the optical depth of a straight ray of given impact parameter between two altitudes.
+    #[inline(always)]
+    fn add_shells(&mut self, from: f64, to: f64, impact: f64) {
+        let levels = self.medium.finder.levels();
+        let impact_square = impact * impact;
+        let length = |z: f64| {
+            let r = EARTH_RADIUS_KM + z;
+            ((r - impact) * (r + impact)).max(0.0).sqrt()
+        };
+        let mut k = self.medium.finder.find(from).level;
+        let mut a = from;
+        let mut length_a = length(a);
+        while a < to && k + 1 < levels.len() {
+            let b = levels[k + 1].min(to);
+            if b > a {
+                let length_b = length(b);
+                let path = length_b - length_a;
+                let middle = 0.5 * (length_a + length_b);
+                let z_middle = (impact_square + middle * middle).sqrt() - EARTH_RADIUS_KM;
+                let per_km = 1.0 / (levels[k + 1] - levels[k]);
+                let f = |z: f64| ((z - levels[k]) * per_km).clamp(0.0, 1.0);
+                let upper = (f(a) + 4.0 * f(z_middle) + f(b)) / 6.0;
+                let (below, above) = (lane(path * (1.0 - upper)), lane(path * upper));
+                let vectors = self.medium.vectors;
+                let rows = self.medium.extinction[k * vectors..].split_at(vectors);
+                for ((lanes, low), high) in self.out.iter_mut().zip(rows.0).zip(rows.1) {
+                    add_scaled(lanes, below, low);
+                    add_scaled(lanes, above, high);
+                }
+                length_a = length_b;
             }
-            length_a = length_b;
+            a = b;
+            k += 1;
         }
-        a = b;
-        k += 1;
     }
 }
 

@@ -5,9 +5,9 @@
 //! the same attenuation. It is integrated finely once; what remains of a ray is a short weighted sum.
 
 use super::field::Grid;
-use super::lanes::{Lanes, WIDTH, ZERO, simpson_transmittance};
+use super::lanes::{Lanes, WIDTH, ZERO, lane, simpson_transmittance};
 use super::medium::{Between, Medium};
-use super::path::{Path, Ray, Sampling};
+use super::path::{Path, Point, Ray, Sampling};
 
 /// A place along the path where the source is read.
 #[derive(Clone, Copy, Debug)]
@@ -24,6 +24,19 @@ pub(super) struct Stop {
     pub(super) place: Between,
     /// Altitude \[km\].
     pub(super) z: f64,
+}
+
+impl Stop {
+    fn new(point: &Point, shell: Between) -> Self {
+        Self {
+            length: point.length,
+            radius: sky_core::quantity::EARTH_RADIUS_KM + point.z,
+            cosine: point.cosine,
+            shell,
+            place: point.place,
+            z: point.z,
+        }
+    }
 }
 
 /// The stops of a path and their weights.
@@ -51,6 +64,7 @@ const STOPS: Sampling = Sampling {
 
 impl Template {
     /// Integrates the attenuation along a ray that leaves radius \[km\] at a zenith cosine.
+    #[inline(always)]
     pub(super) fn new(
         radius: f64,
         cosine: f64,
@@ -72,14 +86,7 @@ impl Template {
             .points
             .iter()
             .step_by(2)
-            .map(|p| Stop {
-                length: p.length,
-                radius: sky_core::quantity::EARTH_RADIUS_KM + p.z,
-                cosine: p.cosine,
-                shell: grid.shells.find(p.z),
-                place: p.place,
-                z: p.z,
-            })
+            .map(|p| Stop::new(p, grid.shells.find(p.z)))
             .collect();
         path.trace(&ray, medium, shells, sampling);
         let vectors = medium.vectors;
@@ -93,7 +100,7 @@ impl Template {
             for (k, length) in path.lengths.iter().enumerate() {
                 let [e_m, e_b] =
                     [1, 2].map(|i| medium.at(&medium.extinction, path.points[2 * k + i].place, v));
-                let (middle, end) = simpson_transmittance(*length, &extinction, &e_m, &e_b);
+                let (middle, end) = simpson_transmittance(lane(*length), &extinction, &e_m, &e_b);
                 for (i, simpson) in [(0, 1.0), (1, 4.0), (2, 1.0)] {
                     let point = &path.points[2 * k + i];
                     while stop + 2 < stops.len() && stops[stop + 1].length < point.length {
@@ -101,6 +108,8 @@ impl Template {
                     }
                     let span = (stops[stop + 1].length - stops[stop].length).max(1e-12);
                     let f = ((point.length - stops[stop].length) / span).clamp(0.0, 1.0);
+                    let share = length * simpson / 6.0;
+                    let shares = [lane((1.0 - f) * share), lane(f * share)];
                     for (table, weights) in [
                         (&medium.rayleigh, &mut rayleigh),
                         (&medium.aerosol, &mut aerosol),
@@ -112,9 +121,9 @@ impl Template {
                                 1 => through[l] * middle[l],
                                 _ => through[l] * end[l],
                             };
-                            let w = attenuation * scattering[l] * length * simpson / 6.0;
-                            weights[stop * vectors + v][l] += (1.0 - f) * w;
-                            weights[(stop + 1) * vectors + v][l] += f * w;
+                            let w = attenuation * scattering[l];
+                            weights[stop * vectors + v][l] += shares[0] * w;
+                            weights[(stop + 1) * vectors + v][l] += shares[1] * w;
                         }
                     }
                 }
@@ -143,6 +152,59 @@ impl Template {
         };
         template.drop_faint_stops(vectors);
         template
+    }
+
+    /// A stop at every point of a path; for sunlight, which is not smooth enough for fewer.
+    #[inline(always)]
+    pub(super) fn of_path(ray: &Ray, path: &Path, medium: &Medium) -> Self {
+        let stops: Vec<Stop> = path
+            .points
+            .iter()
+            .map(|p| Stop::new(p, Between::default()))
+            .collect();
+        let vectors = medium.vectors;
+        let mut weights = vec![ZERO; stops.len() * vectors];
+        let mut ground = Vec::new();
+        for v in 0..vectors {
+            let extinction = |i: usize| medium.at(&medium.extinction, path.points[i].place, v);
+            let mut through = [1.0; WIDTH];
+            let mut start = extinction(0);
+            for (k, length) in path.lengths.iter().enumerate() {
+                let stop = extinction(2 * k + 2);
+                let (middle, end) =
+                    simpson_transmittance(lane(*length), &start, &extinction(2 * k + 1), &stop);
+                let sixth = lane(length / 6.0);
+                for l in 0..WIDTH {
+                    weights[2 * k * vectors + v][l] += sixth * through[l];
+                    weights[(2 * k + 1) * vectors + v][l] = 4.0 * sixth * through[l] * middle[l];
+                    through[l] *= end[l];
+                    weights[(2 * k + 2) * vectors + v][l] = sixth * through[l];
+                }
+                start = stop;
+            }
+            if path.ground {
+                ground.push(through);
+            }
+        }
+        let arriving = |table: &[Lanes]| -> Vec<Lanes> {
+            weights
+                .iter()
+                .enumerate()
+                .map(|(i, w)| {
+                    let scattering = medium.at(table, stops[i / vectors].place, i % vectors);
+                    core::array::from_fn(|l| w[l] * scattering[l])
+                })
+                .collect()
+        };
+        Self {
+            radius: ray.radius,
+            cosine: ray.cosine,
+            rayleigh: arriving(&medium.rayleigh),
+            aerosol: arriving(&medium.aerosol),
+            weights: Vec::new(),
+            stops,
+            ground,
+        }
     }
 
     /// Drops stops from which next to nothing arrives at any wavelength; the last stays, it may be the
@@ -175,4 +237,4 @@ impl Template {
 }
 
 /// Share of a ray's scattered light below which a stop is not read.
-const FAINT: f64 = 3e-4;
+const FAINT: f32 = 3e-4;
