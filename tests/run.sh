@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# All checks of the project: format, lints, tests. Needs Rust 1.90 and a C compiler to link with.
+# All checks of the project: format, lints, tests. Needs Rust 1.90 and a C compiler to link with; a
+# software Vulkan driver is installed where there is none and apt-get can do it.
 #
 #   bash tests/run.sh
 #
@@ -29,6 +30,29 @@ have() {
     fi
     return 1
 }
+
+# The tests of the GPU need a Vulkan driver (macOS has Metal, Windows Direct3D).
+has_vulkan() {
+    [ "$(uname)" != Linux ] && return 0
+    compgen -G '/usr/share/vulkan/icd.d/*.json' >/dev/null && return 0
+    compgen -G '/etc/vulkan/icd.d/*.json' >/dev/null
+}
+
+if ! has_vulkan; then
+    say "Vulkan driver"
+    root=()
+    [ "$(id -u)" -eq 0 ] || root=(sudo -n)
+    if command -v apt-get >/dev/null; then
+        ${root[@]+"${root[@]}"} apt-get update -qq || true
+        ${root[@]+"${root[@]}"} env DEBIAN_FRONTEND=noninteractive \
+            apt-get install -y -qq --no-install-recommends mesa-vulkan-drivers || true
+    fi
+    if ! has_vulkan; then
+        echo "error: Vulkan: expected a driver, found none; install mesa-vulkan-drivers (Debian," \
+            "Ubuntu) or your system's" >&2
+        exit 2
+    fi
+fi
 
 skipped=()
 

@@ -4,6 +4,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use sky_core::direction::report_directions;
+use sky_core::picture::Picture;
 use sky_core::quantity::{Angle, Length};
 use sky_core::sky_model::Conditions;
 use sky_core::utm_sky::UtmSky;
@@ -31,6 +32,10 @@ fn sky(c: &mut Criterion) {
         });
     });
     c.bench_function("frame", |b| b.iter(|| sky.frame(black_box(&conditions))));
+    // all that a renderer uploads: sky, air, scene light, sun
+    c.bench_function("picture", |b| {
+        b.iter(|| Picture::new(&sky, black_box(&conditions), 0.2));
+    });
 }
 
 criterion_group!(benches, sky);

@@ -1,0 +1,28 @@
+//! Every shader translates to every language that it is offered in.
+
+use clap::ValueEnum as _;
+use sky_cli::args::ShaderTarget;
+use sky_cli::export_shaders::translate;
+use sky_gpu::shader;
+
+#[test]
+fn every_program_translates_to_every_language() {
+    for (name, last) in shader::PROGRAMS {
+        for target in ShaderTarget::value_variants() {
+            let files = translate(name, &shader::program(last), *target)
+                .unwrap_or_else(|error| panic!("{name} to {target:?}: {error:#}"));
+            assert!(files.iter().all(|(_, bytes)| bytes.len() > 500), "{name} {target:?}");
+        }
+    }
+}
+
+#[test]
+fn perez_s_formula_translates_too() {
+    let text = format!(
+        "{}\n@fragment fn f(@location(0) v: vec4<f32>) -> @location(0) vec4<f32> {{ return vec4<f32>(perez(v, v.x, v.y, v.z)); }}",
+        shader::PEREZ.1
+    );
+    for target in ShaderTarget::value_variants() {
+        translate("perez", &text, *target).unwrap_or_else(|error| panic!("{target:?}: {error:#}"));
+    }
+}
