@@ -40,6 +40,8 @@ pub enum Command {
     Segment(SegmentArgs),
     /// Draw a picture: sky, sun, ground or terrain
     Render(RenderArgs),
+    /// Draw the figures of the report of 2005 on one contact sheet
+    Gallery(GalleryArgs),
     /// Print what a scene is lit with: sun, sky, spherical harmonics
     Light(LightArgs),
     /// Time the ways to draw a sky
@@ -596,6 +598,24 @@ pub struct RenderArgs {
     pub tone: ToneKind,
     /// Picture: .png or .exr
     #[arg(long, value_name = "FILE")]
+    pub out: PathBuf,
+}
+
+/// Arguments of `utm-sky gallery`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:
+  utm-sky gallery --out gallery
+
+Writes gallery.png, one contact sheet, and gallery.html, the same with captions.")]
+pub struct GalleryArgs {
+    /// Look-up table: a .utmlut file or the built-in one
+    #[arg(long, value_name = "FILE|embedded", default_value = "embedded", value_parser = lut_source)]
+    pub lut: LutSource,
+    /// Who draws
+    #[arg(long, value_enum, default_value_t)]
+    pub backend: Backend,
+    /// Directory
+    #[arg(long, value_name = "DIR", default_value = "target/utm-sky/gallery")]
     pub out: PathBuf,
 }
 

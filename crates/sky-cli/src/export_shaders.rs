@@ -10,7 +10,7 @@ use sky_core::lut::Lut;
 use sky_gpu::shader;
 
 use crate::args::{ExportShadersArgs, ShaderTarget};
-use crate::files::OutputFile;
+use crate::files::{OutputFile, create_directory};
 use crate::lut_commands::load;
 
 /// Runs the command.
@@ -19,6 +19,7 @@ use crate::lut_commands::load;
 /// When the table cannot be read or a file cannot be written.
 pub fn run(args: &ExportShadersArgs) -> Result<()> {
     let lut = load(&args.lut)?;
+    create_directory(&args.out)?;
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
     for (name, last) in shader::PROGRAMS {
         files.extend(translate(name, &shader::program(last), args.target)?);

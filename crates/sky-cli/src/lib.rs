@@ -13,6 +13,7 @@ pub mod evaluate;
 pub mod export_shaders;
 pub mod extinction;
 pub mod files;
+pub mod gallery;
 pub mod generate;
 pub mod light;
 pub mod lut_commands;
@@ -76,6 +77,7 @@ fn dispatch(command: &Command) -> anyhow::Result<()> {
         Command::Sky(args) => sky::run(args),
         Command::Segment(args) => segment::run(args),
         Command::Render(args) => render::run(args),
+        Command::Gallery(args) => gallery::run(args),
         Command::Light(args) => light::run(args),
         Command::BenchGpu(args) => bench_gpu::run(args),
         Command::ExportShaders(args) => export_shaders::run(args),

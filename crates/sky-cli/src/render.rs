@@ -256,7 +256,7 @@ pub fn draw_on_cpu(sky: &UtmSky, shot: &Shot) -> Result<Pixels> {
     clippy::cast_sign_loss,
     reason = "clamped to 0..255"
 )]
-fn byte(value: f32) -> u8 {
+pub(crate) fn byte(value: f32) -> u8 {
     (value * 255.0).round().clamp(0.0, 255.0) as u8
 }
 

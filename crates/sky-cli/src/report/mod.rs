@@ -17,6 +17,7 @@ mod long_table;
 mod page;
 mod physics;
 mod picture;
+pub(crate) use picture::png_address;
 mod skies;
 mod summary;
 pub mod wavelengths;
@@ -35,7 +36,7 @@ use sky_sim::profile::AtmosphereProfile;
 use crate::args::ReportArgs;
 use crate::atmosphere::{load_profile, profile_hash};
 use crate::evaluate::{CaseCounts, Nodes, compare_maps};
-use crate::files::OutputFile;
+use crate::files::{OutputFile, create_directory};
 use crate::generate::{MAP_STEP_NM, bake, progress, spinner};
 use crate::lut_commands::load;
 use crate::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
@@ -478,12 +479,7 @@ fn kib(bytes: usize) -> f64 {
 /// # Errors
 /// When the directory cannot be made or written to.
 pub fn create_outputs(directory: &Path) -> Result<[OutputFile; 2]> {
-    std::fs::create_dir_all(directory).with_context(|| {
-        format!(
-            "{}: expected a directory or a place to make one",
-            directory.display()
-        )
-    })?;
+    create_directory(directory)?;
     Ok([
         OutputFile::create(&directory.join("report.html"))?,
         OutputFile::create(&directory.join("report.csv"))?,

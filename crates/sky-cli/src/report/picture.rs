@@ -182,7 +182,12 @@ fn render(
             ExtendedColorType::Rgba8,
         )
         .map_err(|error| anyhow!("report: a picture could not be encoded: {error}"))?;
-    Ok(format!("data:image/png;base64,{}", base64(&png)))
+    Ok(png_address(&png))
+}
+
+/// A PNG file as a data address.
+pub(crate) fn png_address(png: &[u8]) -> String {
+    format!("data:image/png;base64,{}", base64(png))
 }
 
 /// RFC 4648, with padding.
