@@ -14,6 +14,7 @@ pub mod lut;
 pub mod metrics;
 pub mod perez;
 pub mod quantity;
+pub mod shader_sky;
 pub mod sky_model;
 pub mod spectrum;
 pub mod utm_sky;

@@ -1,0 +1,9 @@
+//! Published skies behind one interface, so that speed and accuracy can be compared.
+pub mod atmosphere;
+mod cache;
+pub mod phase;
+pub mod preetham;
+#[cfg(test)]
+mod shader_check;
+pub mod texture;
+mod view;
