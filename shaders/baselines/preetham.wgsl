@@ -2,7 +2,7 @@
 // baseline[0]: the sun's direction; [1]-[5]: A-E for Y, x, y; [6]: zenith value over F(0, sun).
 
 fn baseline_xyz(direction: vec3<f32>) -> vec3<f32> {
-    if (direction.z < 0.0) {
+    if (direction.z < -1e-6) {
         return vec3<f32>(0.0);
     }
     let sun = baseline[0].xyz;

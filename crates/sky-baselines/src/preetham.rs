@@ -142,7 +142,7 @@ impl PreethamFrame {
     #[must_use]
     #[inline]
     pub fn yxy(&self, v: [f32; 3]) -> Yxy {
-        if v[2] < 0.0 {
+        if v[2] < view::HORIZONTAL {
             return Yxy::default();
         }
         let (gamma, cos_gamma) = view::gamma(self.sun, v);
@@ -291,8 +291,8 @@ mod tests {
             assert!(zenith_luminance_cd_m2(t, rad(sun + 0.1)) < 0.0);
         }
         assert!((zenith_luminance_cd_m2(2.0, rad(100.0)) / 1e3 - 1.5).abs() < 0.05);
-        // At T = 1.5 every direction more than 53.6° from the zenith is negative, and no other
-        // (counted elsewhere as 285 of 513 samples, 15 of 27 zenith angles).
+        // At T = 1.5 every direction more than 53.6° from the zenith is negative, and no other.
+        // (Counted elsewhere as 285 of 513 samples; which ones is not known.)
         let frame = PreethamFrame::new(1.5, rad(45.0));
         for zenith in 0..=89_u8 {
             for azimuth in [0.0, 90.0, 180.0] {
