@@ -24,6 +24,7 @@
 
 pub mod aerial;
 pub mod atmosphere;
+pub mod bruneton;
 mod cache;
 pub mod cie;
 pub mod dobashi;
@@ -96,7 +97,7 @@ const fn row(
 }
 
 /// Every model. The two flags: luminance alone; an atmosphere of its own.
-pub const MODELS: [Baseline; 10] = [
+pub const MODELS: [Baseline; 11] = [
     row(
         "cie-overcast",
         "Moon & Spencer 1942, Illumination from a non-uniform sky; CIE 1955",
@@ -166,6 +167,13 @@ pub const MODELS: [Baseline; 10] = [
         hillaire::DOMAIN,
         [false, false],
         makers!(hillaire::Hillaire),
+    ),
+    row(
+        "bruneton",
+        "Bruneton & Neyret 2008, Precomputed atmospheric scattering",
+        bruneton::DOMAIN,
+        [false, false],
+        (|| Box::<bruneton::Bruneton>::default(), None),
     ),
 ];
 
