@@ -292,16 +292,16 @@ impl Ray {
     }
 
     /// Length up to the top of the atmosphere \[km\].
-    pub(crate) fn to_top_km(&self) -> f64 {
+    pub(crate) fn to_top_km(self) -> f64 {
         self.to_sphere_km(TOP_KM, 1.0)
     }
 
     /// Length down to the ground \[km\].
-    pub(crate) fn to_ground_km(&self) -> f64 {
+    pub(crate) fn to_ground_km(self) -> f64 {
         self.to_sphere_km(0.0, -1.0)
     }
 
-    fn to_sphere_km(&self, altitude_km: f64, side: f64) -> f64 {
+    fn to_sphere_km(self, altitude_km: f64, side: f64) -> f64 {
         let along = self.radius_km * self.cos_zenith;
         let rise = (altitude_km - self.altitude_km)
             * (2.0 * EARTH_RADIUS_KM + altitude_km + self.altitude_km);
@@ -335,7 +335,9 @@ mod tests {
     use super::*;
 
     fn column(f: impl Fn(f64) -> f64) -> f64 {
-        (0..20_000_u32).map(|i| 0.005 * f((f64::from(i) + 0.5) * 0.005)).sum()
+        (0..20_000_u32)
+            .map(|i| 0.005 * f((f64::from(i) + 0.5) * 0.005))
+            .sum()
     }
 
     #[test]

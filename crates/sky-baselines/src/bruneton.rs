@@ -1,13 +1,13 @@
 //! E. Bruneton, F. Neyret: Precomputed atmospheric scattering, EGSR 2008 (and Bruneton's
 //! implementation of 2017).
 //!
-//! The light of the whole sky over (r, μ, μ_s, ν) in four-dimensional tables: single scattering by
-//! air and by aerosol without their phase functions, and the orders 2 to 5 together; each order from
+//! The light of the whole sky over (r, μ, `μ_s`, ν) in four-dimensional tables: single scattering by
+//! air and by aerosol without their phase functions, and the orders 2 to 4 together; each order from
 //! the one before through the light that arrives at a point (their ΔJ) and the ground's irradiance
 //! (their ΔE). On the CPU only: four dimensions do not fit the portable subset of shaders, and the
 //! tables are those of one haze.
 //!
-//! Smaller than published: 24 × 48 × 28 × 8 for 32 × 128 × 32 × 8. The mappings of r and μ_s are
+//! Smaller than published: 24 × 40 × 28 × 8 for 32 × 128 × 32 × 8. The mappings of r and `μ_s` are
 //! those of 2017, and so is that of μ, by the length of the ray, apart for rays that meet the ground.
 //! The table of ΔJ holds arriving light weighted by the two phase functions, not yet multiplied by the
 //! local scattering, so that the haze need not be resolved by 24 altitudes. The air is ours.
@@ -35,7 +35,7 @@ pub const DOMAIN: Domain = Domain {
 
 const RADII: usize = 24;
 /// Rays that reach the top, and as many that meet the ground.
-const RAYS: usize = 24;
+const RAYS: usize = 20;
 const SUNS: usize = 28;
 const NUS: usize = 8;
 /// Cosines of the table of arriving light, uniform.
@@ -43,10 +43,10 @@ const ARRIVING: usize = 16;
 /// Directions over the sphere: cosines × azimuths of half the circle.
 const COSINES: u8 = 24;
 const AZIMUTHS: u8 = 12;
-const SINGLE_STEPS: u16 = 50;
-const ORDER_STEPS: u16 = 30;
+const SINGLE_STEPS: u16 = 40;
+const ORDER_STEPS: u16 = 20;
 /// Highest order of scattering.
-const ORDERS: usize = 5;
+const ORDERS: usize = 4;
 /// Cosine of the lowest sun, 102°.
 const LEAST_COS_SUN: f64 = -0.208;
 
@@ -163,16 +163,16 @@ fn node(index: usize, count: usize) -> f64 {
 
 /// Values over radius, sun, ray and ν.
 #[derive(Clone, Debug)]
-struct Field {
+struct Field<const N: usize> {
     rays: usize,
-    values: Vec<[f32; 3]>,
+    values: Vec<[f32; N]>,
 }
 
-impl Field {
+impl<const N: usize> Field<N> {
     fn new(rays: usize) -> Self {
         Self {
             rays,
-            values: vec![[0.0; 3]; RADII * SUNS * rays * NUS],
+            values: vec![[0.0; N]; RADII * SUNS * rays * NUS],
         }
     }
 
@@ -182,13 +182,14 @@ impl Field {
 
     /// Blends the sixteen corners around a place.
     #[inline]
-    fn at(&self, radius: Cell, sun: Cell, ray: Cell, nu: Cell) -> [f64; 3] {
+    fn at(&self, radius: Cell, sun: Cell, ray: Cell, nu: Cell) -> [f64; N] {
         let sides = |c: Cell| [(0, 1.0 - c.fraction), (1, c.fraction)];
-        let mut sum = [0.0; 3];
+        let mut sum = [0.0_f64; N];
         for (r, wr) in sides(radius) {
             for (s, ws) in sides(sun) {
                 for (m, wm) in sides(ray) {
-                    let first = self.index(radius.lower + r, sun.lower + s, ray.lower + m, nu.lower);
+                    let first =
+                        self.index(radius.lower + r, sun.lower + s, ray.lower + m, nu.lower);
                     for (n, wn) in sides(nu) {
                         let weight = wr * ws * wm * wn;
                         for (sum, value) in sum.iter_mut().zip(self.values[first + n]) {
@@ -214,15 +215,18 @@ fn ray_cell(altitude_km: f64, cos_view: f64, ground: bool) -> Cell {
 /// A node's geometry: altitude, cosine of the sun, of the view, and between them as close to the
 /// node's ν as can be.
 fn reachable(cos_view: f64, cos_sun: f64, nu: f64) -> f64 {
-    let sines = ((1.0 - cos_view * cos_view) * (1.0 - cos_sun * cos_sun)).max(0.0).sqrt();
+    let sines = ((1.0 - cos_view * cos_view) * (1.0 - cos_sun * cos_sun))
+        .max(0.0)
+        .sqrt();
     nu.clamp(cos_view * cos_sun - sines, cos_view * cos_sun + sines)
 }
 
 #[derive(Debug)]
 struct Tables {
-    by_air: Field,
-    by_aerosol: Field,
-    multiple: Field,
+    /// Single scattering by air and by aerosol, without phase functions.
+    single: Field<6>,
+    /// The orders above.
+    multiple: Field<3>,
 }
 
 /// What the orders are computed from.
@@ -234,13 +238,13 @@ struct Precomputation<'a> {
 
 /// One order: light along rays, and the ground's irradiance over the solar one by the sun's place.
 struct Order {
-    light: Field,
+    light: Field<3>,
     irradiance: Vec<[f64; 3]>,
 }
 
 impl Precomputation<'_> {
-    /// Fills a field of rays from geometry: ray, its length, whether it meets the ground, μ_s, ν.
-    fn fill(&self, f: impl Fn(Ray, f64, bool, f64, f64) -> [f64; 3]) -> Field {
+    /// Fills a field of rays from geometry: ray, its length, `μ_s`, ν.
+    fn fill<const N: usize>(f: impl Fn(Ray, f64, f64, f64) -> [f64; N]) -> Field<N> {
         let mut field = Field::new(2 * RAYS);
         for r in 0..RADII {
             let altitude = altitude_from_place(node(r, RADII));
@@ -258,8 +262,7 @@ impl Precomputation<'_> {
                     for n in 0..NUS {
                         let nu = reachable(cos_view, cos_sun, 2.0 * node(n, NUS) - 1.0);
                         let index = field.index(r, s, m, n);
-                        field.values[index] =
-                            f(ray, length, ground, cos_sun, nu).map(single);
+                        field.values[index] = f(ray, length, cos_sun, nu).map(single);
                     }
                 }
             }
@@ -267,23 +270,21 @@ impl Precomputation<'_> {
         field
     }
 
-    /// Single scattering without its phase function, by air or by aerosol.
-    fn single(&self, aerosol: bool) -> Field {
-        self.fill(|ray, length, _, cos_sun, nu| {
-            let (mut light, mut through) = ([0.0; 3], [1.0; 3]);
+    /// Single scattering without its phase function, by air and by aerosol.
+    fn single(&self) -> Field<6> {
+        Self::fill(|ray, length, cos_sun, nu| {
+            let (mut light, mut through) = ([0.0; 6], [1.0; 3]);
             steps(length, SINGLE_STEPS, |middle, step| {
                 let [altitude, radius] = ray.at(middle);
                 let here = self.optics.at(altitude);
                 let sun = self
                     .transmittance
                     .to_sun(altitude, ray.cos_light(middle, radius, cos_sun, nu));
-                let scattering = if aerosol { here.aerosol } else { here.rayleigh };
                 for k in 0..3 {
                     let passed = (-here.extinction[k] * step).exp();
-                    light[k] += through[k]
-                        * sun[k]
-                        * scattering[k]
-                        * attenuated(here.extinction[k], passed, step);
+                    let lit = through[k] * sun[k] * attenuated(here.extinction[k], passed, step);
+                    light[k] += lit * here.rayleigh[k];
+                    light[k + 3] += lit * here.aerosol[k];
                     through[k] *= passed;
                 }
             });
@@ -306,8 +307,8 @@ impl Precomputation<'_> {
         &self,
         light: impl Fn(Cell, Cell, Cell, f64) -> [f64; 3],
         irradiance: &[[f64; 3]],
-    ) -> [Field; 2] {
-        let mut fields = [Field::new(ARRIVING), Field::new(ARRIVING)];
+    ) -> Field<6> {
+        let mut field = Field::new(ARRIVING);
         let mut incoming = Vec::new();
         for r in 0..RADII {
             let altitude = altitude_from_place(node(r, RADII));
@@ -346,61 +347,53 @@ impl Precomputation<'_> {
                         };
                         let sin_azimuth = (1.0 - cos_azimuth * cos_azimuth).sqrt();
                         let view = [sin_view * cos_azimuth, sin_view * sin_azimuth, cos_view];
-                        for (field, aerosol) in fields.iter_mut().zip([false, true]) {
-                            let index = field.index(r, s, m, n);
-                            field.values[index] =
-                                self.weighted(&incoming, view, aerosol).map(single);
-                        }
+                        let index = field.index(r, s, m, n);
+                        field.values[index] = self.weighted(&incoming, view).map(single);
                     }
                 }
             }
         }
-        fields
+        field
     }
 
-    /// Mean of incoming light, weighted by a phase function that is made to add up to 1.
-    fn weighted(
-        &self,
-        incoming: &[([f64; 3], [f64; 3])],
-        view: [f64; 3],
-        aerosol: bool,
-    ) -> [f64; 3] {
-        let (mut sum, mut weights) = ([0.0; 3], 0.0);
+    /// Means of incoming light, weighted by the phase functions, which are made to add up to 1.
+    fn weighted(&self, incoming: &[([f64; 3], [f64; 3])], view: [f64; 3]) -> [f64; 6] {
+        let (mut sum, mut weights) = ([0.0; 6], [0.0; 2]);
         for ([x, y, z], light) in incoming {
             for side in [1.0, -1.0] {
                 let cosine = x * view[0] + side * y * view[1] + z * view[2];
-                let weight = if aerosol {
-                    self.air.aerosol_phase(cosine)
-                } else {
-                    self.air.rayleigh_phase(cosine)
-                };
-                weights += weight;
-                for k in 0..3 {
-                    sum[k] += weight * light[k];
+                let phases = [
+                    self.air.rayleigh_phase(cosine),
+                    self.air.aerosol_phase(cosine),
+                ];
+                for which in 0..2 {
+                    weights[which] += phases[which];
+                    for k in 0..3 {
+                        sum[3 * which + k] += phases[which] * light[k];
+                    }
                 }
             }
         }
-        sum.map(|v| v / weights)
+        core::array::from_fn(|k| sum[k] / weights[k / 3])
     }
 
     /// The next order along all rays, and what of it falls on the ground.
-    fn order(&self, arriving: &[Field; 2]) -> Order {
-        let light = self.fill(|ray, length, _, cos_sun, nu| {
+    fn order(&self, arriving: &Field<6>) -> Order {
+        let light = Self::fill(|ray, length, cos_sun, nu| {
             let (mut light, mut through) = ([0.0; 3], [1.0; 3]);
             steps(length, ORDER_STEPS, |middle, step| {
                 let [altitude, radius] = ray.at(middle);
                 let here = self.optics.at(altitude);
                 let cos_here = ray.cos_light(middle, radius, cos_sun, nu);
-                let place = [
+                let light_here = arriving.at(
                     cell(radius_place(altitude.max(0.0)), RADII),
                     cell(sun_place(cos_here), SUNS),
                     cell(0.5 + 0.5 * ray.cos_zenith_at(middle, radius), ARRIVING),
                     cell(0.5 + 0.5 * nu, NUS),
-                ];
-                let [by_air, by_aerosol] = [0, 1]
-                    .map(|i: usize| arriving[i].at(place[0], place[1], place[2], place[3]));
+                );
                 for k in 0..3 {
-                    let source = here.rayleigh[k] * by_air[k] + here.aerosol[k] * by_aerosol[k];
+                    let source =
+                        here.rayleigh[k] * light_here[k] + here.aerosol[k] * light_here[k + 3];
                     let passed = (-here.extinction[k] * step).exp();
                     light[k] += through[k] * source * attenuated(here.extinction[k], passed, step);
                     through[k] *= passed;
@@ -468,13 +461,12 @@ impl Tables {
             optics,
             transmittance,
         };
-        let (by_air, by_aerosol) = (work.single(false), work.single(true));
+        let first = work.single();
         let single_light = |radius, sun, ray, nu: f64| {
             let place = cell(0.5 + 0.5 * nu, NUS);
-            let a = by_air.at(radius, sun, ray, place);
-            let m = by_aerosol.at(radius, sun, ray, place);
+            let light = first.at(radius, sun, ray, place);
             let (pa, pm) = (air.rayleigh_phase(nu), air.aerosol_phase(nu));
-            core::array::from_fn(|k| pa * a[k] + pm * m[k])
+            core::array::from_fn(|k| pa * light[k] + pm * light[k + 3])
         };
         // The sun's own light on the ground counts for the second order.
         let sunlight: Vec<[f64; 3]> = (0..SUNS)
@@ -505,17 +497,13 @@ impl Tables {
             }
         }
         Self {
-            by_air,
-            by_aerosol,
+            single: first,
             multiple,
         }
     }
 
     fn bytes(&self) -> usize {
-        [&self.by_air, &self.by_aerosol, &self.multiple]
-            .iter()
-            .map(|f| size_of_val(&f.values[..]))
-            .sum()
+        size_of_val(&self.single.values[..]) + size_of_val(&self.multiple.values[..])
     }
 }
 
@@ -584,10 +572,11 @@ impl SkyModel for Bruneton {
             let nu = f64::from(view::cos_gamma(sun, v));
             let ray = ray_cell(altitude_km, v[2].into(), false);
             let nu_cell = cell(0.5 + 0.5 * nu, NUS);
-            let [a, m, more] = [&tables.by_air, &tables.by_aerosol, &tables.multiple]
-                .map(|field| field.at(radius_cell, sun_cell, ray, nu_cell));
+            let first = tables.single.at(radius_cell, sun_cell, ray, nu_cell);
+            let more = tables.multiple.at(radius_cell, sun_cell, ray, nu_cell);
             let (pa, pm) = (self.air.rayleigh_phase(nu), self.air.aerosol_phase(nu));
-            let ratio = core::array::from_fn(|k| single(pa * a[k] + pm * m[k] + more[k]));
+            let ratio =
+                core::array::from_fn(|k| single(pa * first[k] + pm * first[k + 3] + more[k]));
             view::multiply(&matrix, ratio)
         }))
     }
@@ -630,9 +619,14 @@ mod tests {
             let c = conditions(0.0, 1.0 + depth / 0.143_44, sun);
             let up = [SkyDirection::from_degrees(0.0, 0.0)];
             let found = bruneton.yxy_map(&c, &up).unwrap()[0];
-            println!("{found:?} {luminance}");
-            assert!((found.luminance_cd_m2 / luminance - 1.0).abs() < 0.10, "{found:?}");
-            assert!((found.x - x).abs() < 0.012 && (found.y - y).abs() < 0.012, "{found:?}");
+            assert!(
+                (found.luminance_cd_m2 / luminance - 1.0).abs() < 0.10,
+                "{found:?}"
+            );
+            assert!(
+                (found.x - x).abs() < 0.012 && (found.y - y).abs() < 0.012,
+                "{found:?}"
+            );
         }
     }
 

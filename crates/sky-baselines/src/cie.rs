@@ -120,9 +120,7 @@ impl CieOvercast {
         OVERCAST_DOMAIN.check(conditions)?;
         let sine_of_elevation = conditions.sun_zenith.radians().cos().max(0.0);
         let illuminance_lx = 300.0 + 21_000.0 * sine_of_elevation;
-        Ok(single(
-            9.0 / (7.0 * core::f64::consts::PI) * illuminance_lx,
-        ))
+        Ok(single(9.0 / (7.0 * core::f64::consts::PI) * illuminance_lx))
     }
 }
 
@@ -213,7 +211,10 @@ mod tests {
         let directions = [0.0, 60.0, 85.0, 90.0].map(|z| SkyDirection::from_degrees(z, 70.0));
         let sky = CieOvercast.yxy_map(&c, &directions).unwrap();
         let zenith = sky[0].luminance_cd_m2;
-        for (found, want) in sky.iter().zip([1.0, 0.666_666_666_7, 0.391_437_161_8, 1.0 / 3.0]) {
+        for (found, want) in sky
+            .iter()
+            .zip([1.0, 0.666_666_666_7, 0.391_437_161_8, 1.0 / 3.0])
+        {
             assert!((found.luminance_cd_m2 / zenith - want).abs() < 1e-6);
         }
         // Horizontal illuminance of (1 + 2 cos θ)/3 is 7π/9 of the zenith's luminance.

@@ -1,7 +1,7 @@
 //! S. Hillaire: A scalable and production ready sky and atmosphere rendering technique, EGSR 2020.
 //!
 //! Three tables on the CPU: transmittance 256 × 64 (Section 5.2 and Bruneton's mapping), multiple
-//! scattering 32 × 32 (Section 5.5: isotropic, the series of all orders summed as 1/(1 − f_ms)), and
+//! scattering 32 × 32 (Section 5.5: isotropic, the series of all orders summed as 1/(1 − `f_ms`)), and
 //! for a frame the sky view 192 × 108 (Section 5.3), which alone the shader reads, once a pixel.
 //! Steps as published: 40, 20 in 64 directions, 30.
 //!
@@ -178,7 +178,13 @@ impl Tables {
         let [width, height] = MULTIPLE;
         let multiple = Table::build(width, height, |x, y| {
             let [altitude, cos_sun] = multiple_params([x, y]);
-            multiple(&optics, &transmittance, air.ground_albedo, altitude, cos_sun)
+            multiple(
+                &optics,
+                &transmittance,
+                air.ground_albedo,
+                altitude,
+                cos_sun,
+            )
         });
         Self {
             optics,
@@ -220,8 +226,8 @@ fn multiple(
             steps(length, MULTIPLE_STEPS, |middle, step| {
                 let [altitude, radius] = ray.at(middle);
                 let here = optics.at(altitude);
-                let sun = transmittance
-                    .to_sun(altitude, ray.cos_light(middle, radius, cos_sun, nu));
+                let sun =
+                    transmittance.to_sun(altitude, ray.cos_light(middle, radius, cos_sun, nu));
                 for k in 0..3 {
                     let scattering = here.rayleigh[k] + here.aerosol[k];
                     let passed = (-here.extinction[k] * step).exp();
@@ -285,7 +291,7 @@ impl HillaireFrame {
         if view::meets_ground(self.altitude_km, v[2]) {
             return [0.0; 3];
         }
-        let level = (v[0] * v[0] + v[1] * v[1]).sqrt();
+        let level = v[0].hypot(v[1]);
         let cos_azimuth = if level > 1e-6 { v[0] / level } else { 1.0 };
         let share = (1.0 - level.atan2(v[2]) / self.horizon_zenith).max(0.0);
         let x = (0.5 - 0.5 * cos_azimuth).max(0.0).sqrt();
@@ -442,7 +448,10 @@ mod tests {
                     if y < 1.0 {
                         let [altitude, cosine] = transmittance_params([x, y]);
                         let back = transmittance_place(altitude, cosine);
-                        assert!((back[0] - x).abs() < 1e-6 && (back[1] - y).abs() < 1e-9, "{x} {y} {back:?}");
+                        assert!(
+                            (back[0] - x).abs() < 1e-6 && (back[1] - y).abs() < 1e-9,
+                            "{x} {y} {back:?}"
+                        );
                     }
                     let horizon = 1.62;
                     let [zenith, cos_azimuth] = sky_view_params([y, x], horizon);
@@ -511,8 +520,14 @@ mod tests {
             let up = [SkyDirection::from_degrees(0.0, 0.0)];
             let found = hillaire.yxy_map(&c, &up).unwrap()[0];
             // Found: −1.5 %, −2.9 %, −5.9 %, −12.4 %.
-            assert!((found.luminance_cd_m2 / luminance - 1.0).abs() < 0.15, "{found:?}");
-            assert!((found.x - x).abs() < 0.012 && (found.y - y).abs() < 0.012, "{found:?}");
+            assert!(
+                (found.luminance_cd_m2 / luminance - 1.0).abs() < 0.15,
+                "{found:?}"
+            );
+            assert!(
+                (found.x - x).abs() < 0.012 && (found.y - y).abs() < 0.012,
+                "{found:?}"
+            );
         }
     }
 

@@ -4,10 +4,10 @@
 //! `L_in = (β_R(γ) + β_M(γ))/(β_R + β_M) E_sun (1 − F_ex)` (their Eqs. 1–3). For an observer on the
 //! ground, the sun above the horizon.
 //!
-//! What the paper leaves open, and how it is read here. β_R is their formula (n = 1.0003,
+//! What the paper leaves open, and how it is read here. `β_R` is their formula (n = 1.0003,
 //! N = 2.545e25 m⁻³, p = 0.035) at the wavelengths of our atmosphere; it gives their
 //! (6.95, 11.8, 24.4)e-6 m⁻¹ at 650, 570, 475 nm. The sky is the path to the top of a layer of 8.4 km
-//! around the Earth, so that β_R makes the air's vertical optical depth; the haze's β_M is its optical
+//! around the Earth, so that `β_R` makes the air's vertical optical depth; the haze's `β_M` is its optical
 //! depth over the same height. The sun's color is not given: it is the sun of our atmosphere behind
 //! air and haze. Their g is 0.75–0.9; 0.75 is used. The shader's (1 − g)² for the numerator of the
 //! phase function is a slip and is not followed. Their c(T) has a power of ten wrong (1e-16 for
@@ -80,9 +80,8 @@ impl HoffmanFrame {
         let denominator = (1.0 - g) * (1.0 - g) + 2.0 * g * (1.0 - cos_gamma);
         let rayleigh_phase = 0.059_683_104 * (1.0 + cos_gamma * cos_gamma);
         let haze_phase = 0.079_577_47 * (1.0 - g * g) / (denominator * denominator.sqrt());
-        let transmittance: [f32; 3] = core::array::from_fn(|k| {
-            (-(self.rayleigh[k] + self.haze[k]) * distance_km).exp()
-        });
+        let transmittance: [f32; 3] =
+            core::array::from_fn(|k| (-(self.rayleigh[k] + self.haze[k]) * distance_km).exp());
         let ratio = core::array::from_fn(|k| {
             (self.rayleigh[k] * rayleigh_phase + self.haze[k] * haze_phase)
                 / (self.rayleigh[k] + self.haze[k])
@@ -226,9 +225,24 @@ mod tests {
             matrix: identity,
         };
         for (km, angle, transmittance, light) in [
-            (10.0, 0.0, [0.914_388, 0.871_099, 0.767_974], [0.050_562_9, 0.054_781_8, 0.064_764_2]),
-            (10.0, 90.0, [0.914_388, 0.871_099, 0.767_974], [0.004_308_79, 0.006_911_27, 0.013_112_3]),
-            (50.0, 45.0, [0.639_224, 0.501_576, 0.267_135], [0.032_976_1, 0.045_228_5, 0.066_076_2]),
+            (
+                10.0,
+                0.0,
+                [0.914_388, 0.871_099, 0.767_974],
+                [0.050_562_9, 0.054_781_8, 0.064_764_2],
+            ),
+            (
+                10.0,
+                90.0,
+                [0.914_388, 0.871_099, 0.767_974],
+                [0.004_308_79, 0.006_911_27, 0.013_112_3],
+            ),
+            (
+                50.0,
+                45.0,
+                [0.639_224, 0.501_576, 0.267_135],
+                [0.032_976_1, 0.045_228_5, 0.066_076_2],
+            ),
         ] {
             let v = view::unit_vector(&SkyDirection::from_degrees(angle, 0.0));
             let (found_t, found_l) = frame.path(v, km);

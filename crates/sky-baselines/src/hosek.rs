@@ -101,13 +101,11 @@ impl Hosek {
             turbidity,
             albedo: [self.ground_albedo; 3],
         });
-        let (params, radiances) = state
-            .map(|s| s.raw())
-            .map_err(|_| OutsideDomain {
-                quantity: "turbidity",
-                found: conditions.turbidity,
-                expected: DOMAIN.turbidity,
-            })?;
+        let (params, radiances) = state.map(|s| s.raw()).map_err(|_| OutsideDomain {
+            quantity: "turbidity",
+            found: conditions.turbidity,
+            expected: DOMAIN.turbidity,
+        })?;
         let coefficients =
             core::array::from_fn(|k| core::array::from_fn(|color| params[9 * color + k]));
         Ok(HosekFrame {
@@ -209,7 +207,10 @@ mod tests {
         let c = conditions(0.0, 3.0, 60.0);
         let up = [SkyDirection::from_degrees(0.0, 0.0)];
         let hosek = Hosek::default().yxy_map(&c, &up).unwrap()[0];
-        assert!((hosek.luminance_cd_m2 / 2789.0).ln().abs() < 0.25, "{hosek:?}");
+        assert!(
+            (hosek.luminance_cd_m2 / 2789.0).ln().abs() < 0.25,
+            "{hosek:?}"
+        );
         assert!((hosek.x - 0.271).abs() < 0.03 && (hosek.y - 0.281).abs() < 0.03);
     }
 

@@ -231,7 +231,11 @@ mod tests {
                 conditions(0.0, f64::NAN, 45.0),
                 conditions(0.0, 3.0, d.sun_zenith_deg[1] + 1.0),
             ] {
-                assert!(sky.yxy_map(&c, &directions).is_err(), "{} {c:?}", model.name);
+                assert!(
+                    sky.yxy_map(&c, &directions).is_err(),
+                    "{} {c:?}",
+                    model.name
+                );
                 if let Some(make) = model.shader_sky {
                     assert!(make().shader_frame(&c).is_err());
                 }

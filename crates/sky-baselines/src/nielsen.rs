@@ -4,8 +4,8 @@
 //! **Second-hand.** The thesis could not be obtained. This is one of two readings found in public
 //! shaders that cite it: Hoffman and Preetham's light with separate lengths for air and haze,
 //! `s_R = lerp(s_h, 8 km·exp(−h/8 km), f)`, `s_M = lerp(s_h, 1.2 km·exp(−h/1.2 km), f)`,
-//! f = clamp(cos θ + offset, 0.001, 1)^haziness, horizon length s_h = (1 − f)·190 km;
-//! β_R = (5.8, 13.5, 33.1)e-6 m⁻¹ at 680, 550, 440 nm; Rayleigh's phase with 1 + ½ cos² γ, which
+//! f = clamp(cos θ + offset, 0.001, 1)^haziness, horizon length `s_h` = (1 − f)·190 km;
+//! `β_R` = (5.8, 13.5, 33.1)e-6 m⁻¹ at 680, 550, 440 nm; Rayleigh's phase with 1 + ½ cos² γ, which
 //! integrates to 7/8 (kept, as published). Haziness 0.5 and offset 0 are used, g = 0.75. The print of
 //! the Henyey–Greenstein function lacks a g; the normalized function is used.
 //!
@@ -79,9 +79,8 @@ impl NielsenFrame {
         let denominator = (1.0 - G) * (1.0 - G) + 2.0 * G * (1.0 - cos_gamma);
         let rayleigh_phase = 0.059_683_104 * (1.0 + 0.5 * cos_gamma * cos_gamma);
         let haze_phase = 0.079_577_47 * (1.0 - G * G) / (denominator * denominator.sqrt());
-        let transmittance: [f32; 3] = core::array::from_fn(|k| {
-            (-(self.rayleigh[k] * air_km + self.haze[k] * haze_km)).exp()
-        });
+        let transmittance: [f32; 3] =
+            core::array::from_fn(|k| (-(self.rayleigh[k] * air_km + self.haze[k] * haze_km)).exp());
         let ratio = core::array::from_fn(|k| {
             (self.rayleigh[k] * rayleigh_phase + self.haze[k] * haze_phase)
                 / (self.rayleigh[k] + self.haze[k])
@@ -96,7 +95,8 @@ impl NielsenFrame {
     fn lengths(&self, cos_view: f32) -> [f32; 2] {
         let f = cos_view.clamp(0.001, 1.0).powf(HAZINESS);
         let horizon_km = (1.0 - f) * HORIZON_KM;
-        self.zenith_km.map(|zenith| horizon_km + f * (zenith - horizon_km))
+        self.zenith_km
+            .map(|zenith| horizon_km + f * (zenith - horizon_km))
     }
 
     /// CIE XYZ \[cd·m⁻²\] from a unit vector above the geometric horizon.
@@ -143,9 +143,8 @@ impl Nielsen {
         let cos_sun = conditions.sun_zenith.radians().cos();
         let mass = |km| relative_air_mass(cos_sun, altitude, Length::from_km(km));
         let (air_km, haze_km) = (zenith_km[0] * mass(AIR_KM), zenith_km[1] * mass(HAZE_KM));
-        let sunlight = core::array::from_fn(|k| {
-            (-(RAYLEIGH_PER_KM[k] * air_km + haze[k] * haze_km)).exp()
-        });
+        let sunlight =
+            core::array::from_fn(|k| (-(RAYLEIGH_PER_KM[k] * air_km + haze[k] * haze_km)).exp());
         Ok(NielsenFrame {
             sun: view::sun(conditions),
             altitude_km: single(altitude.km()),
@@ -209,7 +208,10 @@ impl ShaderSky for Nielsen {
             view::uniform(frame.sunlight, G),
         ];
         uniforms.extend(frame.matrix.map(|row| view::uniform(row, HAZINESS)));
-        debug_assert!((EARTH_RADIUS_KM - 6371.0).abs() < 1e-9, "the shader's radius");
+        debug_assert!(
+            (EARTH_RADIUS_KM - 6371.0).abs() < 1e-9,
+            "the shader's radius"
+        );
         Ok(ShaderFrame {
             uniforms,
             texture: None,
@@ -229,10 +231,15 @@ mod tests {
     #[test]
     fn published_lengths_at_the_horizon() {
         // Haziness 0.5 at 89°: 144 km of air and 143 km of haze, where 199 and 50 would be right.
-        let frame = Nielsen::default().frame(&conditions(0.0, 2.0, 45.0)).unwrap();
+        let frame = Nielsen::default()
+            .frame(&conditions(0.0, 2.0, 45.0))
+            .unwrap();
         let cos = single(SkyDirection::from_degrees(89.0, 0.0).view_zenith.radians()).cos();
         let [air, haze] = frame.lengths(cos);
-        assert!((air - 144.0).abs() < 1.0 && (haze - 143.0).abs() < 1.0, "{air} {haze}");
+        assert!(
+            (air - 144.0).abs() < 1.0 && (haze - 143.0).abs() < 1.0,
+            "{air} {haze}"
+        );
         let [air, haze] = frame.lengths(1.0);
         assert!((air - 8.0).abs() < 1e-5 && (haze - 1.2).abs() < 1e-5);
     }

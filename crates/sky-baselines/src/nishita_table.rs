@@ -2,8 +2,8 @@
 //! sun, tabulated over the radius of a shell and that of a cylinder around the sun's axis through the
 //! Earth's center. On a circle where both meet, every point sees the sun through the same air.
 //!
-//! Shells as in Eq. 11, r_i = R − H₀ ln(1 − i/N), here N = 96, the last one the top. (The print has
-//! H₀ log(ρ_i) + R, which would lie under the ground: the sign is lost.) Cylinders: the paper does not
+//! Shells as in Eq. 11, `r_i` = R − H₀ ln(1 − i/N), here N = 96, the last one the top. (The print has
+//! `H₀ log(ρ_i)` + R, which would lie under the ground: the sign is lost.) Cylinders: the paper does not
 //! say how they are spaced. On fixed radii the cells at the terminator have corners where shell and
 //! cylinder do not meet, so here their radii are shares of the shell's, C = r (1 − v⁴), v uniform:
 //! dense at grazing light. Behind the terminator the length is twice that of the whole line's half
@@ -187,8 +187,12 @@ mod tests {
         // ground's; in front of the terminator and behind it.
         let table = NishitaTable::default();
         for altitude in [0.0, 0.07, 0.4, 1.1, 2.3, 4.9, 9.3, 17.0, 33.0] {
-            for degrees in [0.0, 33.0, 61.0, 80.0, 86.0, 89.0, 89.7, 90.0, 90.6, 92.0, 94.0_f64] {
-                let cos = sky_core::quantity::Angle::from_degrees(degrees).radians().cos();
+            for degrees in [
+                0.0, 33.0, 61.0, 80.0, 86.0, 89.0, 89.7, 90.0, 90.6, 92.0, 94.0_f64,
+            ] {
+                let cos = sky_core::quantity::Angle::from_degrees(degrees)
+                    .radians()
+                    .cos();
                 let found = table.columns(single(altitude), single(cos));
                 let want = direct::columns(altitude, cos, 1.2);
                 assert_eq!(found.is_none(), want.is_none(), "{altitude} {degrees}");

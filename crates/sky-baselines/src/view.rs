@@ -54,10 +54,7 @@ pub(crate) fn yxy([x, y, z]: [f32; 3]) -> Yxy {
 }
 
 /// The light from each direction, given as a unit vector.
-pub(crate) fn each(
-    directions: &[SkyDirection],
-    light: impl Fn([f32; 3]) -> [f32; 3],
-) -> Vec<Yxy> {
+pub(crate) fn each(directions: &[SkyDirection], light: impl Fn([f32; 3]) -> [f32; 3]) -> Vec<Yxy> {
     directions
         .iter()
         .map(|d| yxy(light(unit_vector(d))))
