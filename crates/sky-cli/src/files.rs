@@ -279,6 +279,17 @@ fn remove(temporary_path: TempPath) {
     drop(temporary_path);
 }
 
+/// Makes a directory for outputs where there is none.
+///
+/// # Errors
+/// When it cannot be made.
+pub fn create_directory(path: &Path) -> Result<(), FileError> {
+    fs::create_dir_all(path).map_err(|source| FileError::Write {
+        path: path.to_owned(),
+        source,
+    })
+}
+
 /// Writes to the terminal; a reader that has gone away (`utm-sky profile | head`) is no error.
 ///
 /// # Errors

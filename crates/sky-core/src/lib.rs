@@ -18,6 +18,7 @@ pub mod metrics;
 pub mod perez;
 pub mod picture;
 pub mod quantity;
+pub mod shader_sky;
 pub mod sky_model;
 pub mod spectrum;
 pub mod tonemap;
