@@ -4,9 +4,9 @@
 @group(2) @binding(1) var baked_sampler: sampler;
 
 // Texels across, texels up, of these the lowest for the ground.
-const BAKED_WIDTH: f32 = 128.0;
-const BAKED_HEIGHT: f32 = 160.0;
-const BAKED_GROUND: f32 = 48.0;
+const BAKED_WIDTH: f32 = 160.0;
+const BAKED_HEIGHT: f32 = 192.0;
+const BAKED_GROUND: f32 = 24.0;
 
 // Texel of a direction: across, the sine of half the azimuth from the sun; up, the root of the height
 // over or under the horizon. Sky and ground never blend.

@@ -33,3 +33,14 @@ fn composite_fragment(in: ScreenVertex) -> @location(0) vec4<f32> {
     let path = aerial_path(sky.place.w, to_local(direction), distance_km);
     return displayed(path.transmittance.xyz * color + path.inscatter, in.position.xy, sky.display);
 }
+
+// The scene as it is, displayed like the sky.
+@fragment
+fn scene_fragment(in: ScreenVertex) -> @location(0) vec4<f32> {
+    let pixel = vec2<i32>(in.position.xy - view.viewport.xy);
+    let depth = textureLoad(scene_depth, pixel, 0).x;
+    if (depth == select(view.dome.w, 0.0, view.kind.w > 0.5)) {
+        discard;
+    }
+    return displayed(textureLoad(scene_color, pixel, 0).xyz, in.position.xy, sky.display);
+}

@@ -42,6 +42,10 @@ pub enum Command {
     Render(RenderArgs),
     /// Draw the figures of the report of 2005 on one contact sheet
     Gallery(GalleryArgs),
+    /// Compare every sky: error against cost, on one chart
+    Chart(ChartArgs),
+    /// List the skies that can be compared, with citation and domain
+    Models,
     /// Print what a scene is lit with: sun, sky, spherical harmonics
     Light(LightArgs),
     /// Time the ways to draw a sky
@@ -616,6 +620,26 @@ pub struct GalleryArgs {
     pub backend: Backend,
     /// Directory
     #[arg(long, value_name = "DIR", default_value = "target/utm-sky/gallery")]
+    pub out: PathBuf,
+}
+
+/// Arguments of `utm-sky chart`.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  utm-sky chart
+  utm-sky chart --models utm-sky,hillaire,preetham --quick --out chart
+
+Measures error against the transport engine and cost of every model in one run, and writes chart.csv,
+chart.svg and chart.html. --quick takes fewer cases and one picture size.")]
+pub struct ChartArgs {
+    /// Models to compare, by name; without it all (see utm-sky models)
+    #[arg(long, value_name = "A,B", value_delimiter = ',')]
+    pub models: Vec<String>,
+    /// Fewer cases and frames
+    #[arg(long)]
+    pub quick: bool,
+    /// Directory
+    #[arg(long, value_name = "DIR", default_value = "target/utm-sky/chart")]
     pub out: PathBuf,
 }
 

@@ -8,6 +8,7 @@ pub mod args;
 pub mod atmosphere;
 pub mod beam;
 pub mod bench_gpu;
+pub mod chart;
 pub mod engine;
 pub mod evaluate;
 pub mod export_shaders;
@@ -18,6 +19,7 @@ pub mod generate;
 pub mod light;
 pub mod lut_commands;
 pub mod map;
+pub mod models;
 pub mod optics;
 pub mod profile;
 pub mod render;
@@ -27,6 +29,7 @@ pub mod segment;
 pub mod sky;
 pub mod table_io;
 pub mod terrain;
+pub mod tiers;
 pub mod truth;
 
 use std::ffi::OsString;
@@ -78,6 +81,8 @@ fn dispatch(command: &Command) -> anyhow::Result<()> {
         Command::Segment(args) => segment::run(args),
         Command::Render(args) => render::run(args),
         Command::Gallery(args) => gallery::run(args),
+        Command::Chart(args) => chart::run(args),
+        Command::Models => models::run(),
         Command::Light(args) => light::run(args),
         Command::BenchGpu(args) => bench_gpu::run(args),
         Command::ExportShaders(args) => export_shaders::run(args),

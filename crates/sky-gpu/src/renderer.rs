@@ -18,7 +18,7 @@ pub const MOST_VIEWS: u32 = 8;
 /// Distance between the uniforms of two cameras: WebGPU's largest alignment.
 const VIEW_STRIDE: u64 = 256;
 /// Texels of the baked sky, as in `baked.wgsl`.
-const BAKED_SIZE: [u32; 2] = [128, 160];
+const BAKED_SIZE: [u32; 2] = [160, 192];
 /// Luminance that the baked sky's mean is scaled to: far from both ends of a half float.
 const BAKED_MEAN: f32 = 16.0;
 /// Steps of altitude \[km\], logarithm of turbidity and sun zenith \[rad\] that a baked sky may lag
@@ -121,7 +121,8 @@ struct Pipelines {
     fragment: [wgpu::RenderPipeline; 2],
     baked: [wgpu::RenderPipeline; 2],
     dome: wgpu::RenderPipeline,
-    composite: wgpu::RenderPipeline,
+    /// With and without air.
+    composite: [wgpu::RenderPipeline; 2],
     floor: wgpu::RenderPipeline,
     bake: wgpu::RenderPipeline,
 }
@@ -408,8 +409,15 @@ impl SkyRenderer {
     }
 
     /// Lays the air over a scene, pixel by pixel, and displays it; the sky's pixels are left alone.
-    pub fn composite(&self, pass: &mut wgpu::RenderPass<'_>, view: u32, scene: &wgpu::BindGroup) {
-        pass.set_pipeline(&self.pipelines.composite);
+    /// Without `air` the scene is displayed as it is.
+    pub fn composite(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        view: u32,
+        scene: &wgpu::BindGroup,
+        air: bool,
+    ) {
+        pass.set_pipeline(&self.pipelines.composite[usize::from(!air)]);
         self.bind(pass, view);
         pass.set_bind_group(2, scene, &[]);
         pass.draw(0..3, 0..1);
@@ -544,7 +552,8 @@ impl Pipelines {
             baked: ["baked_sky_fragment", "baked_panorama"]
                 .map(|f| pipeline(&baked, tex, screen(f), target)),
             dome: pipeline(&dome, None, ["dome_vertex", "dome_fragment"], target),
-            composite: pipeline(&composite, scene, screen("composite_fragment"), target),
+            composite: ["composite_fragment", "scene_fragment"]
+                .map(|f| pipeline(&composite, scene, screen(f), target)),
             floor: pipeline(&sky, None, screen("floor_fragment"), target),
             bake: pipeline(&baked, None, screen("bake_fragment"), half),
         }
