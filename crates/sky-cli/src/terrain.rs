@@ -175,8 +175,8 @@ fn ridges(east: f32, north: f32) -> f32 {
         amplitude *= 0.48;
         (x, y) = (1.6 * x + 1.2 * y, 1.6 * y - 1.2 * x);
     }
-    let lift = 0.5 + 0.5 * noise(east / 130.0, north / 130.0, 31);
-    HIGHEST_KM * (sum * lift * lift - 0.08).clamp(0.0, 1.0)
+    let lift = (0.6 + 0.9 * noise(east / 130.0, north / 130.0, 31)).clamp(0.1, 1.0);
+    HIGHEST_KM * (1.2 * sum * lift - 0.12).clamp(0.0, 1.0)
 }
 
 /// Smooth noise, −1..1.

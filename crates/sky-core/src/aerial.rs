@@ -21,7 +21,7 @@ use crate::sky_model::{Conditions, OutsideDomain};
 use crate::utm_sky::{SkyFrame, UtmSky, angle_from_sun, haze_coordinate, two_in};
 
 /// Sections of a path, shorter near its lower end, where the haze is.
-const SECTIONS: u8 = 4;
+pub const SECTIONS: u8 = 4;
 
 /// Sections of a path to space.
 const SPACE_SECTIONS: u8 = 8;

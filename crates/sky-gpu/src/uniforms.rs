@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec3};
-use sky_core::aerial::{AerialFrame, MOST_LAYERS};
+use sky_core::aerial::{AerialFrame, MOST_LAYERS, SECTIONS};
 use sky_core::extended::Coefficients;
 use sky_core::extended::TERMS;
 use sky_core::extinction::LEVELS;
@@ -121,7 +121,12 @@ impl AerialUniform {
             per_km: air.per_km,
             weights: air.weights,
             levels: air.levels,
-            counts: [layers, air.haze_per_scale_height, 0.0, 0.0],
+            counts: [
+                layers,
+                air.haze_per_scale_height,
+                SECTIONS.into(),
+                f32::from(SECTIONS) + 3.0,
+            ],
             sun: [air.sun[0], air.sun[1], 0.0, 0.0],
         }
     }
