@@ -5,12 +5,14 @@
 //! be written and on interruption. Out of scope: pixels on a screen.
 
 pub mod args;
+pub mod atlas;
 pub mod atmosphere;
 pub mod beam;
 pub mod engine;
 pub mod evaluate;
 pub mod extinction;
 pub mod files;
+pub mod fit_stress;
 pub mod generate;
 pub mod lut_commands;
 pub mod map;
@@ -72,6 +74,8 @@ fn dispatch(command: &Command) -> anyhow::Result<()> {
         Command::Segment(args) => segment::run(args),
         Command::Generate(args) => generate::run(args),
         Command::Report(args) => report::run(args),
+        Command::Atlas(args) => atlas::run(args),
+        Command::FitStress(args) => fit_stress::run(args),
         Command::Lut(args) => lut_commands::run(args),
     }
 }

@@ -12,9 +12,9 @@
 
 pub mod appendix_a;
 mod cells;
-mod chart;
+pub(crate) mod chart;
 mod long_table;
-mod page;
+pub(crate) mod page;
 mod physics;
 mod picture;
 mod skies;
