@@ -169,17 +169,18 @@ fn aerial_path(altitude_km: f32, direction: vec3<f32>, distance_km: f32) -> Aeri
     let start = vec2<f32>(altitude_km, direction.z);
     let angles = angle_from_sun(direction, aerial.sun.xy);
     let lowest = clamp(-(EARTH_RADIUS_KM + altitude_km) * start.y, 0.0, distance_km);
+    let rise = min(distance_km - lowest, distance_to_top(along(start, lowest)));
     var depth = vec4<f32>(0.0, 0.0, 0.0, 0.0);
     var light = vec3<f32>(0.0, 0.0, 0.0);
     var last = start;
     var last_sky = vec3<f32>(0.0, 0.0, 0.0);
     for (var k = 0.0; k < aerial.counts.w; k = k + 1.0) {
         let descends = k < SECTIONS + 0.5;
-        if (select(distance_km - lowest, lowest, descends) <= 0.0) {
+        if (select(rise, lowest, descends) <= 0.0) {
             continue;
         }
         let is_end = k > SECTIONS + 1.5;
-        var far = select(lowest, distance_km, is_end);
+        var far = select(lowest, lowest + rise, is_end);
         if (descends) {
             far = lowest * (1.0 - section_end(SECTIONS - k));
         }
@@ -193,7 +194,7 @@ fn aerial_path(altitude_km: f32, direction: vec3<f32>, distance_km: f32) -> Aeri
             depth = depth + section;
         }
         if (is_end) {
-            let section = rising_depth(last, distance_km - lowest);
+            let section = rising_depth(last, rise);
             light = light + transmittance_of(depth).xyz
                 * max(last_sky - transmittance_of(section).xyz * here_sky, vec3<f32>(0.0, 0.0, 0.0));
             depth = depth + section;
@@ -202,6 +203,15 @@ fn aerial_path(altitude_km: f32, direction: vec3<f32>, distance_km: f32) -> Aeri
         last_sky = here_sky;
     }
     return AerialPath(transmittance_of(depth), light);
+}
+
+// Distance at which a rising ray leaves the air; not positive above it.
+fn distance_to_top(bottom: vec2<f32>) -> f32 {
+    let radius = EARTH_RADIUS_KM + bottom.x;
+    let up = 60.0 - bottom.x;
+    let half = radius * max(bottom.y, 0.0);
+    let product = up * (up + 2.0 * radius);
+    return product / max(half + sqrt(max(half * half + product, 0.0)), 1e-6);
 }
 
 fn distance_to_ground(altitude_km: f32, cosine: f32) -> f32 {

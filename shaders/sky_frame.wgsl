@@ -19,7 +19,8 @@ struct SkyUniform {
     ground: vec4<f32>,
     // exposure, tone curve, dither (1 over levels), 1 where the target encodes by itself
     display: vec4<f32>,
-    // 1: paint what lies outside the domain
+    // 1: paint what lies outside the domain; scale of the baked sky and its inverse; cosine of the
+    // lowest direction that the table was fitted to
     debug: vec4<f32>,
 }
 
@@ -27,7 +28,8 @@ struct SkyUniform {
 
 // Luminance [cd/m2], x and y from a direction in the local frame at or above the horizon.
 fn sky_yxy(cosine: f32, gamma: f32, mu: f32) -> vec3<f32> {
-    let basis = sky_basis(cosine, sky.radii, gamma, mu);
+    // below the lowest fitted ring the sky is that ring's
+    let basis = sky_basis(max(cosine, sky.debug.w), sky.radii, gamma, mu);
     let a = sky.coefficients[0] * basis.a.x + sky.coefficients[1] * basis.a.y
         + sky.coefficients[2] * basis.a.z + sky.coefficients[3] * basis.a.w;
     let b = sky.coefficients[4] * basis.b.x + sky.coefficients[5] * basis.b.y

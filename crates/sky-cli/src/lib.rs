@@ -5,6 +5,7 @@
 //! be written and on interruption. Out of scope: pixels on a screen.
 
 pub mod args;
+pub mod atlas;
 pub mod atmosphere;
 pub mod beam;
 pub mod bench_gpu;
@@ -14,6 +15,7 @@ pub mod evaluate;
 pub mod export_shaders;
 pub mod extinction;
 pub mod files;
+pub mod fit_stress;
 pub mod gallery;
 pub mod generate;
 pub mod light;
@@ -88,6 +90,8 @@ fn dispatch(command: &Command) -> anyhow::Result<()> {
         Command::ExportShaders(args) => export_shaders::run(args),
         Command::Generate(args) => generate::run(args),
         Command::Report(args) => report::run(args),
+        Command::Atlas(args) => atlas::run(args),
+        Command::FitStress(args) => fit_stress::run(args),
         Command::Lut(args) => lut_commands::run(args),
     }
 }

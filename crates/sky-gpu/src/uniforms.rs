@@ -105,7 +105,12 @@ impl SkyUniform {
                 display.dither,
                 flag(display.target_encodes),
             ],
-            debug: [flag(outside_domain), baked_scale, baked_scale.recip(), 0.0],
+            debug: [
+                flag(outside_domain),
+                baked_scale,
+                baked_scale.recip(),
+                picture.sky.cos_lowest(),
+            ],
         }
     }
 }

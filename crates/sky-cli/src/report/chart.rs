@@ -601,8 +601,16 @@ pub(crate) struct HeatMap {
 impl HeatMap {
     /// The map with its heading; [`color_bar`] belongs to it.
     pub(crate) fn html(&self) -> Result<String> {
+        self.html_colored(|i| {
+            let value = self.values[i];
+            (!value.is_nan()).then(|| heat_color(value / self.full_scale))
+        })
+    }
+
+    /// The map in other colors, by the index of a value; `None` leaves a cell empty.
+    pub(crate) fn html_colored(&self, color: impl Fn(usize) -> Option<[u8; 3]>) -> Result<String> {
         let mut svg = String::new();
-        self.draw(&mut svg)?;
+        self.draw(&mut svg, color)?;
         Ok(format!(
             "<figure class=\"chart\"><figcaption>{}</figcaption>{}</figure>\n",
             escape(&self.title),
@@ -610,7 +618,7 @@ impl HeatMap {
         ))
     }
 
-    fn draw(&self, svg: &mut String) -> Result<()> {
+    fn draw(&self, svg: &mut String, color: impl Fn(usize) -> Option<[u8; 3]>) -> Result<()> {
         let size = (self.size[0] * ZOOM, self.size[1] * ZOOM);
         let columns = self.x.1.len();
         let room_x = usize::try_from(self.size[0].saturating_sub(70) / 26).unwrap_or(1);
@@ -639,11 +647,10 @@ impl HeatMap {
             .axis_desc_style(font(11.0))
             .draw()
             .map_err(drawing_error)?;
-        let cells = self.values.iter().enumerate().filter(|(_, v)| !v.is_nan());
+        let cells = (0..self.values.len()).filter_map(|i| color(i).map(|c| (i, c)));
         chart
-            .draw_series(cells.map(|(i, value)| {
+            .draw_series(cells.map(|(i, [r, g, b])| {
                 let (column, row) = (index(i % columns), index(i / columns));
-                let [r, g, b] = heat_color(value / self.full_scale);
                 Rectangle::new(
                     [(column - 0.5, row - 0.5), (column + 0.5, row + 0.5)],
                     RGBColor(r, g, b).filled(),
