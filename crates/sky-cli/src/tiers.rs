@@ -9,7 +9,7 @@ use sky_core::tonemap::luminance;
 use sky_core::utm_sky::{SkyFrame, UtmSky};
 
 /// Texels across and, of the sky's part, up.
-const TEXELS: [usize; 2] = [160, 168];
+const TEXELS: [usize; 2] = [160, 152];
 /// Rings and spokes of the report's dome.
 const DOME: [usize; 2] = [9, 30];
 

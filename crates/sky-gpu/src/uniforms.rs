@@ -53,7 +53,7 @@ pub(crate) struct ViewUniform {
 pub(crate) struct DisplaySettings {
     /// Multiplies light \[m²·cd⁻¹\].
     pub(crate) exposure: f32,
-    /// Number of the tone curve; −1 leaves light linear.
+    /// Number of the tone curve.
     pub(crate) tone: f32,
     /// One over the target's levels; 0 for none.
     pub(crate) dither: f32,
