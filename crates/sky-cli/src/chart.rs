@@ -691,7 +691,7 @@ fn panels(rows: &[Row]) -> Result<Vec<String>> {
 fn sheet(panels: &[String]) -> String {
     let mut out = String::new();
     let (mut column, mut row) = (0, 0);
-    for panel in panels {
+    for (panel, (regime, _)) in panels.iter().zip(REGIMES) {
         let drawing = panel
             .find("<svg")
             .and_then(|start| Some(&panel[start..panel.find("</svg>")? + 6]))
@@ -706,6 +706,11 @@ fn sheet(panels: &[String]) -> String {
             1,
         );
         out.push_str(&placed);
+        out.push_str(&format!(
+            "<text x=\"{}\" y=\"{}\" font-family=\"sans-serif\" font-size=\"15\">{regime}</text>",
+            column * 570 + 300,
+            row * 370 + 18
+        ));
         column += 1;
         if column == 2 {
             (column, row) = (0, row + 1);
