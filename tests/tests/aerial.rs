@@ -1,5 +1,10 @@
 //! Aerial perspective against the transport engine's own difference L(observer) − T · L(object).
 
+#![expect(
+    clippy::print_stdout,
+    reason = "the measured figures are part of the test's answer"
+)]
+
 use sky_cli::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
 use sky_core::aerial::{AerialFrame, AerialPath, path_meets_ground};
 use sky_core::color::{ColorWeights, LinearSrgb, xyz_from_linear_srgb};

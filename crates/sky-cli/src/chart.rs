@@ -310,7 +310,7 @@ fn time_on_cpu(model: &Model, sky: &dyn SkyModel) -> Result<Costs> {
     if let Some(shader) = model.shader_sky() {
         costs.update_us = 1e6
             * shortest(3, || {
-                drop(std::hint::black_box(shader.shader_frame(&conditions)))
+                drop(std::hint::black_box(shader.shader_frame(&conditions)));
             });
         costs.rebuild_ms = 1e3
             * shortest(1, || {

@@ -251,10 +251,10 @@ pub fn run(args: &GalleryArgs) -> Result<()> {
         ];
         paste(&mut sheet, size[0], &pixels, corner);
         let [altitude, turbidity, sun] = panel.place;
-        write!(
+        writeln!(
             figures,
             "<figure><img src=\"{}\" alt=\"\"><figcaption>Figure {}: {}. {altitude} km, T {turbidity}, \
-             sun {sun}°</figcaption></figure>\n",
+             sun {sun}°</figcaption></figure>",
             png_address(&file_bytes(&pixels, SIZE)?),
             panel.figure,
             panel.caption

@@ -55,7 +55,7 @@ impl Picture {
                 let [sin_sun, cos_sun] = self.sky.sun();
                 let across = z * sin_sun - x * cos_sun;
                 let mu = x * sin_sun + z * cos_sun;
-                let disc = self.sun.light((y * y + across * across).sqrt(), mu, z);
+                let disc = self.sun.light(y.hypot(across), mu, z);
                 core::array::from_fn(|c| sky[c] + disc[c])
             }
             None => self.behind_air(

@@ -49,6 +49,10 @@ pub struct SkyFrame {
 }
 
 /// The formula of a frame with its coefficients.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "a frame allocates nothing, so neither variant is boxed"
+)]
 #[derive(Clone, Debug)]
 pub enum Formula {
     /// Linear coefficients blend into one set.
@@ -294,6 +298,10 @@ impl SkyFrame {
 /// The angle between a direction and the sun \[rad\] and its cosine; the sun as sine and cosine of
 /// its zenith angle.
 #[must_use]
+#[expect(
+    clippy::imprecise_flops,
+    reason = "components of unit vectors; hypot guards against overflow at several times the cost"
+)]
 pub(crate) fn angle_from_sun(direction: [f32; 3], [sin_sun, cos_sun]: [f32; 2]) -> (f32, f32) {
     let [x, y, z] = direction;
     let mu = x * sin_sun + z * cos_sun;

@@ -262,7 +262,7 @@ impl SkyRenderer {
         ];
         let stays = self.baked_for.filter(|baked| {
             !baked.outside
-                && baked.ground == picture.light.ground
+                && near(baked.ground, picture.light.ground)
                 && (0..3).all(|i| (baked.place[i] - place[i]).abs() <= VISIBLE_STEP[i])
         });
         let scale = stays.map_or_else(
@@ -450,6 +450,11 @@ impl SkyRenderer {
             + VIEW_STRIDE * MOST_VIEWS as u64
             + 8 * BAKED_SIZE[0] as u64 * BAKED_SIZE[1] as u64
     }
+}
+
+/// Whether two lights differ by less than can be seen.
+fn near(a: [f32; 3], b: [f32; 3]) -> bool {
+    (0..3).all(|c| (a[c] - b[c]).abs() <= 2e-3 * b[c].abs())
 }
 
 /// Mean light of the upper half of the sky, by cosine \[cd·m⁻²\].
