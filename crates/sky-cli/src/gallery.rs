@@ -21,7 +21,9 @@ use crate::evaluate::conditions;
 use crate::files::{OutputFile, create_directory};
 use crate::generate::progress;
 use crate::lut_commands::load;
-use crate::render::{GROUND_ALBEDO, Pixels, Shot, byte, draw_on_cpu, draw_on_gpu, file_bytes, looking};
+use crate::render::{
+    GROUND_ALBEDO, Pixels, Shot, byte, draw_on_cpu, draw_on_gpu, file_bytes, looking,
+};
 use crate::report::png_address;
 use crate::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
 
@@ -70,24 +72,150 @@ const fn panel(
 }
 
 const PANELS: [Panel; 18] = [
-    panel("5.1", "low sun, 86° from the zenith", [0.0, 1.5, 86.0], [0.0, 18.0], 60.0, Kind::Sky),
-    panel("5.1", "high sun, 30°", [0.0, 1.5, 30.0], [0.0, 25.0], 60.0, Kind::Sky),
-    panel("5.1", "sun just set, 91°", [0.0, 1.5, 91.0], [0.0, 18.0], 60.0, Kind::Sky),
-    panel("5.2", "low turbidity, T 1.3", [0.0, 1.3, 60.0], [70.0, 22.0], 60.0, Kind::Sky),
-    panel("5.2", "high turbidity, T 7", [0.0, 7.0, 60.0], [70.0, 22.0], 60.0, Kind::Sky),
-    panel("5.3", "the aureole, T 4", [0.0, 4.0, 60.0], [0.0, 30.0], 40.0, Kind::Sky),
-    panel("5.4", "from 0 km", [0.0, 2.0, 60.0], [120.0, 30.0], 75.0, Kind::Sky),
-    panel("5.4", "from 5 km", [5.0, 2.0, 60.0], [120.0, 30.0], 75.0, Kind::Sky),
-    panel("5.4", "from 10 km", [10.0, 2.0, 60.0], [120.0, 30.0], 75.0, Kind::Sky),
-    panel("5.4", "from 20 km", [20.0, 2.0, 60.0], [120.0, 30.0], 75.0, Kind::Sky),
-    panel("5.4", "from 30 km", [30.0, 2.0, 60.0], [120.0, 30.0], 75.0, Kind::Sky),
-    panel("5.5", "terrain with aerial perspective", [4.0, 2.0, 50.0], [60.0, -4.0], 45.0, Kind::Terrain),
-    panel("5.5", "terrain without", [4.0, 2.0, 50.0], [60.0, -4.0], 45.0, Kind::BareTerrain),
-    panel("5.5", "terrain from 12 km", [12.0, 3.0, 75.0], [40.0, -6.0], 45.0, Kind::Terrain),
-    panel("5.6", "sun at 90°: the zenith is blue", [0.0, 1.2, 90.0], [180.0, 75.0], 60.0, Kind::Sky),
-    panel("5.6", "the same without ozone", [0.0, 1.2, 90.0], [180.0, 75.0], 60.0, Kind::WithoutOzone),
-    panel("5.7", "no dark band 90° from the sun", [0.0, 2.0, 88.0], [0.0, 75.0], 110.0, Kind::Sky),
-    panel("5.7", "dusk from 12 km, sun at 93°", [12.0, 2.0, 93.0], [0.0, 5.0], 60.0, Kind::Sky),
+    panel(
+        "5.1",
+        "low sun, 86° from the zenith",
+        [0.0, 1.5, 86.0],
+        [0.0, 18.0],
+        60.0,
+        Kind::Sky,
+    ),
+    panel(
+        "5.1",
+        "high sun, 30°",
+        [0.0, 1.5, 30.0],
+        [0.0, 25.0],
+        60.0,
+        Kind::Sky,
+    ),
+    panel(
+        "5.1",
+        "sun just set, 91°",
+        [0.0, 1.5, 91.0],
+        [0.0, 18.0],
+        60.0,
+        Kind::Sky,
+    ),
+    panel(
+        "5.2",
+        "low turbidity, T 1.3",
+        [0.0, 1.3, 60.0],
+        [70.0, 22.0],
+        60.0,
+        Kind::Sky,
+    ),
+    panel(
+        "5.2",
+        "high turbidity, T 7",
+        [0.0, 7.0, 60.0],
+        [70.0, 22.0],
+        60.0,
+        Kind::Sky,
+    ),
+    panel(
+        "5.3",
+        "the aureole, T 4",
+        [0.0, 4.0, 60.0],
+        [0.0, 30.0],
+        40.0,
+        Kind::Sky,
+    ),
+    panel(
+        "5.4",
+        "from 0 km",
+        [0.0, 2.0, 60.0],
+        [120.0, 30.0],
+        75.0,
+        Kind::Sky,
+    ),
+    panel(
+        "5.4",
+        "from 5 km",
+        [5.0, 2.0, 60.0],
+        [120.0, 30.0],
+        75.0,
+        Kind::Sky,
+    ),
+    panel(
+        "5.4",
+        "from 10 km",
+        [10.0, 2.0, 60.0],
+        [120.0, 30.0],
+        75.0,
+        Kind::Sky,
+    ),
+    panel(
+        "5.4",
+        "from 20 km",
+        [20.0, 2.0, 60.0],
+        [120.0, 30.0],
+        75.0,
+        Kind::Sky,
+    ),
+    panel(
+        "5.4",
+        "from 30 km",
+        [30.0, 2.0, 60.0],
+        [120.0, 30.0],
+        75.0,
+        Kind::Sky,
+    ),
+    panel(
+        "5.5",
+        "terrain with aerial perspective",
+        [4.0, 2.0, 50.0],
+        [60.0, -4.0],
+        45.0,
+        Kind::Terrain,
+    ),
+    panel(
+        "5.5",
+        "terrain without",
+        [4.0, 2.0, 50.0],
+        [60.0, -4.0],
+        45.0,
+        Kind::BareTerrain,
+    ),
+    panel(
+        "5.5",
+        "terrain from 12 km",
+        [12.0, 3.0, 75.0],
+        [40.0, -6.0],
+        45.0,
+        Kind::Terrain,
+    ),
+    panel(
+        "5.6",
+        "sun at 90°: the zenith is blue",
+        [0.0, 1.2, 90.0],
+        [180.0, 75.0],
+        60.0,
+        Kind::Sky,
+    ),
+    panel(
+        "5.6",
+        "the same without ozone",
+        [0.0, 1.2, 90.0],
+        [180.0, 75.0],
+        60.0,
+        Kind::WithoutOzone,
+    ),
+    panel(
+        "5.7",
+        "no dark band 90° from the sun",
+        [0.0, 2.0, 88.0],
+        [0.0, 75.0],
+        110.0,
+        Kind::Sky,
+    ),
+    panel(
+        "5.7",
+        "dusk from 12 km, sun at 93°",
+        [12.0, 2.0, 93.0],
+        [0.0, 5.0],
+        60.0,
+        Kind::Sky,
+    ),
 ];
 
 /// Runs the command.
@@ -120,7 +248,10 @@ pub fn run(args: &GalleryArgs) -> Result<()> {
         } else {
             draw_on_cpu(&sky, &shot)?
         };
-        let corner = [GAP + i % COLUMNS * (SIZE[0] + GAP), GAP + i / COLUMNS * (SIZE[1] + GAP)];
+        let corner = [
+            GAP + i % COLUMNS * (SIZE[0] + GAP),
+            GAP + i / COLUMNS * (SIZE[1] + GAP),
+        ];
         paste(&mut sheet, size[0], &pixels, corner);
         let [altitude, turbidity, sun] = panel.place;
         write!(
@@ -181,7 +312,11 @@ fn without_ozone(sky: &UtmSky, shot: &Shot) -> Result<Pixels> {
         },
         ..OpticsSettings::with_step_nm(10)?
     };
-    let engine = TransportSky::new(AtmosphereProfile::general(), settings, DEFAULT_GROUND_ALBEDO)?;
+    let engine = TransportSky::new(
+        AtmosphereProfile::general(),
+        settings,
+        DEFAULT_GROUND_ALBEDO,
+    )?;
     let picture = Picture::new(sky, &shot.conditions, GROUND_ALBEDO)?;
     let exposure = exposure_from_ev100(auto_ev100(&picture));
     let axes = shot.frame().local_axes();
@@ -202,8 +337,11 @@ fn without_ozone(sky: &UtmSky, shot: &Shot) -> Result<Pixels> {
             .into_iter()
             .flat_map(|light| {
                 let LinearSrgb { red, green, blue } = linear_srgb_from_xyz(xyz_from_yxy(light));
-                tone_mapped([red, green, blue].map(|c| single(c) * exposure), Tone::Neutral)
-                    .map(|c| byte(encoded(c)))
+                tone_mapped(
+                    [red, green, blue].map(|c| single(c) * exposure),
+                    Tone::Neutral,
+                )
+                .map(|c| byte(encoded(c)))
             })
             .collect(),
     ))

@@ -19,6 +19,7 @@ pub mod light;
 pub mod lut_commands;
 pub mod map;
 pub mod optics;
+pub mod plan;
 pub mod profile;
 pub mod render;
 pub mod report;
@@ -82,6 +83,7 @@ fn dispatch(command: &Command) -> anyhow::Result<()> {
         Command::BenchGpu(args) => bench_gpu::run(args),
         Command::ExportShaders(args) => export_shaders::run(args),
         Command::Generate(args) => generate::run(args),
+        Command::Plan(args) => plan::run(args),
         Command::Report(args) => report::run(args),
         Command::Lut(args) => lut_commands::run(args),
     }

@@ -1,6 +1,5 @@
 //! `utm-sky light`: what a scene is lit with, as JSON.
 
-
 use anyhow::{Result, anyhow};
 use serde_json::{Value, json};
 use sky_core::color::{LinearSrgb, xyz_from_linear_srgb, yxy_from_xyz};

@@ -16,7 +16,7 @@ mod chart;
 mod long_table;
 mod page;
 mod physics;
-mod picture;
+pub(crate) mod picture;
 pub(crate) use picture::png_address;
 mod skies;
 mod summary;
@@ -24,7 +24,7 @@ pub mod wavelengths;
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use sky_core::axis::Axis;
 use sky_core::lut::{Lut, LutHeader};
 use sky_core::sky_model::{Conditions, SkyModel, Yxy};
