@@ -42,11 +42,16 @@ fn perspective(azimuth: f64, elevation: f64) -> Camera {
 }
 
 fn cameras() -> [(&'static str, Camera); 3] {
-    let fisheye = Projection::Fisheye { aspect: 160.0 / 120.0 };
+    let fisheye = Projection::Fisheye {
+        aspect: 160.0 / 120.0,
+    };
     [
         ("perspective", perspective(10.0, 5.0)),
         ("fisheye", Camera::panorama(fisheye, facing(0.0))),
-        ("equirect", Camera::panorama(Projection::Equirectangular, facing(0.0))),
+        (
+            "equirect",
+            Camera::panorama(Projection::Equirectangular, facing(0.0)),
+        ),
     ]
 }
 
@@ -65,7 +70,8 @@ fn lights(pixels: &Pixels) -> Vec<Yxy> {
     bytes
         .chunks_exact(3)
         .map(|p| {
-            let [red, green, blue] = [p[0], p[1], p[2]].map(|b| linear_from_encoded(f64::from(b) / 255.0));
+            let [red, green, blue] =
+                [p[0], p[1], p[2]].map(|b| linear_from_encoded(f64::from(b) / 255.0));
             yxy_from_xyz(xyz_from_linear_srgb(LinearSrgb { red, green, blue }))
         })
         .collect()
@@ -117,7 +123,10 @@ fn the_shader_agrees_with_its_twin() {
                     }))
                 };
                 let (found, expected) = (yxy(found[(y * 64 + x) as usize]), yxy(expected));
-                assert!(found.luminance_cd_m2 >= 0.0, "{shot:?} {direction:?}: {found:?}");
+                assert!(
+                    found.luminance_cd_m2 >= 0.0,
+                    "{shot:?} {direction:?}: {found:?}"
+                );
                 let errors = [
                     (found.luminance_cd_m2 / expected.luminance_cd_m2 - 1.0).abs(),
                     (found.x - expected.x).abs(),
@@ -130,9 +139,15 @@ fn the_shader_agrees_with_its_twin() {
             }
         }
     }
-    println!("{inputs} inputs; worst: luminance {:.2e}, x {:.2e}, y {:.2e}", worst[0], worst[1], worst[2]);
+    println!(
+        "{inputs} inputs; worst: luminance {:.2e}, x {:.2e}, y {:.2e}",
+        worst[0], worst[1], worst[2]
+    );
     assert!(inputs >= 100_000);
-    assert!(worst[0] <= 1e-3 && worst[1] <= 2e-4 && worst[2] <= 2e-4, "{worst:?}");
+    assert!(
+        worst[0] <= 1e-3 && worst[1] <= 2e-4 && worst[2] <= 2e-4,
+        "{worst:?}"
+    );
 }
 
 #[test]
@@ -144,7 +159,12 @@ fn every_tier_draws_the_evaluator_s_picture() {
         ("fine vertex", Tier::Vertex(Dome::FINE), f64::INFINITY),
     ];
     for (camera_name, camera) in cameras() {
-        for (altitude, turbidity, sun) in [(0.0, 2.5, 60.0), (1.0, 5.0, 85.0), (12.0, 1.5, 92.0), (30.0, 2.0, 40.0)] {
+        for (altitude, turbidity, sun) in [
+            (0.0, 2.5, 60.0),
+            (1.0, 5.0, 85.0),
+            (12.0, 1.5, 92.0),
+            (30.0, 2.0, 40.0),
+        ] {
             let mut shot = shot(altitude, turbidity, sun, camera);
             shot.tone = Some(Tone::Neutral);
             let expected = lights(&draw_on_cpu(&SKY, &shot).expect("a picture"));
@@ -157,7 +177,9 @@ fn every_tier_draws_the_evaluator_s_picture() {
                     .map(|(f, e)| ciede2000_of_lights(*f, *e, 1.0))
                     .collect();
                 let error = p99(errors);
-                println!("{camera_name} {altitude} km T {turbidity} sun {sun}: {name} dE p99 {error:.3}");
+                println!(
+                    "{camera_name} {altitude} km T {turbidity} sun {sun}: {name} dE p99 {error:.3}"
+                );
                 assert!(error <= limit, "{camera_name} {name}: {error}");
             }
         }
@@ -170,27 +192,51 @@ fn the_horizon_has_no_seam_stripe_or_hole() {
     for altitude in [0.0, 1.0, 12.0, 30.0] {
         for tier in [Tier::Fragment, Tier::Baked] {
             let dip = sky_core::direction::horizon_dip(Length::from_km(altitude)).degrees();
-            let mut shot = shot(altitude, 2.0, 60.0, Camera {
-                depth_is_distance: true,
-                ..Camera::perspective(0.07, 1.0, looking(90.0, -dip))
-            });
+            let mut shot = shot(
+                altitude,
+                2.0,
+                60.0,
+                Camera {
+                    depth_is_distance: true,
+                    ..Camera::perspective(0.07, 1.0, looking(90.0, -dip))
+                },
+            );
             shot.size = [3, 400];
             shot.tier = tier;
             let pixels = linear(&draw_on_gpu(&GPU, &SKY, &shot).expect("a picture"));
             let column: Vec<f64> = (0..400)
                 .map(|y| f64::from(sky_core::tonemap::luminance(pixels[3 * y + 1])))
                 .collect();
-            let (low, high) = column.iter().fold((f64::INFINITY, 0.0_f64), |(l, h), c| (l.min(*c), h.max(*c)));
-            assert!(low > 0.0 && high.is_finite(), "{altitude} km {tier:?}: {low} to {high}");
+            let (low, high) = column
+                .iter()
+                .fold((f64::INFINITY, 0.0_f64), |(l, h), c| (l.min(*c), h.max(*c)));
+            assert!(
+                low > 0.0 && high.is_finite(),
+                "{altitude} km {tier:?}: {low} to {high}"
+            );
             // one step at most, where sky and ground meet; none elsewhere, and no stripe between them
-            let steps: Vec<f64> = column.windows(2).map(|p| (p[1] / p[0]).ln().abs()).collect();
+            let steps: Vec<f64> = column
+                .windows(2)
+                .map(|p| (p[1] / p[0]).ln().abs())
+                .collect();
             let mut sorted = steps.clone();
             sorted.sort_by(|a, b| b.total_cmp(a));
-            println!("{altitude} km {tier:?}: largest steps {:.3} {:.3} {:.3}", sorted[0], sorted[1], sorted[2]);
+            println!(
+                "{altitude} km {tier:?}: largest steps {:.3} {:.3} {:.3}",
+                sorted[0], sorted[1], sorted[2]
+            );
             // at the ground the horizon is an edge: the ground at one's feet against the sky
             let edge = if altitude < 0.5 { 2.0 } else { 0.15 };
-            assert!(sorted[0] <= edge, "{altitude} km {tier:?}: step {}", sorted[0]);
-            assert!(sorted[2] <= 0.05, "{altitude} km {tier:?}: second step {}", sorted[2]);
+            assert!(
+                sorted[0] <= edge,
+                "{altitude} km {tier:?}: step {}",
+                sorted[0]
+            );
+            assert!(
+                sorted[2] <= 0.05,
+                "{altitude} km {tier:?}: second step {}",
+                sorted[2]
+            );
         }
     }
 }
@@ -210,12 +256,18 @@ fn a_long_flight_shows_no_bad_pixel() {
         let frame = SkyFrame {
             observer_altitude: Length::from_km(30.0 * t),
             turbidity: 1.0 + 7.0 * (0.5 - 0.5 * (40.0 * t).cos()),
-            sun: Vec3::new(0.0, sky_core::extended::single(sun.cos()), sky_core::extended::single(sun.sin())),
+            sun: Vec3::new(
+                0.0,
+                sky_core::extended::single(sun.cos()),
+                sky_core::extended::single(sun.sin()),
+            ),
             exposure: Exposure::Auto,
             tone: None,
             ..SkyFrame::default()
         };
-        renderer.update(&GPU.queue, &frame).expect("inside the domain");
+        renderer
+            .update(&GPU.queue, &frame)
+            .expect("inside the domain");
         renderer.set_camera(&GPU.queue, 0, &camera);
         let tier = [Tier::Fragment, Tier::Baked, Tier::Vertex(Dome::REPORT)][i as usize % 3];
         let mut encoder = GPU
@@ -241,7 +293,9 @@ fn a_long_flight_shows_no_bad_pixel() {
 fn outside_the_domain_is_an_error_and_can_be_seen() {
     let format = wgpu::TextureFormat::Rgba16Float;
     let mut renderer = SkyRenderer::new(&GPU.device, SKY.lut(), format).expect("a renderer");
-    renderer.update(&GPU.queue, &SkyFrame::default()).expect("inside the domain");
+    renderer
+        .update(&GPU.queue, &SkyFrame::default())
+        .expect("inside the domain");
     let outside = SkyFrame {
         turbidity: 20.0,
         ..SkyFrame::default()
@@ -261,7 +315,9 @@ fn outside_the_domain_is_an_error_and_can_be_seen() {
         drop(pass);
         GPU.queue.submit([encoder.finish()]);
         let bytes = GPU.read(&target).expect("pixels");
-        let green = bytes.chunks_exact(8).all(|p| u16::from_le_bytes([p[2], p[3]]) & 0x7FFF < 0x1000);
+        let green = bytes
+            .chunks_exact(8)
+            .all(|p| u16::from_le_bytes([p[2], p[3]]) & 0x7FFF < 0x1000);
         assert!(green, "{tier:?}: stripes have no green");
     }
 }
@@ -269,8 +325,13 @@ fn outside_the_domain_is_an_error_and_can_be_seen() {
 #[test]
 fn absurd_sizes_are_refused() {
     for size in [[0, 10], [10, 0], [100_000, 4]] {
-        let error = GPU.target(size, wgpu::TextureFormat::Rgba8Unorm).expect_err("no such size");
-        assert!(error.to_string().starts_with("size: expected 1 to 8192"), "{error}");
+        let error = GPU
+            .target(size, wgpu::TextureFormat::Rgba8Unorm)
+            .expect_err("no such size");
+        assert!(
+            error.to_string().starts_with("size: expected 1 to 8192"),
+            "{error}"
+        );
     }
 }
 

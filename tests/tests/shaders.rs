@@ -11,7 +11,10 @@ fn every_program_translates_to_every_language() {
         for target in ShaderTarget::value_variants() {
             let files = translate(name, &shader::program(last), *target)
                 .unwrap_or_else(|error| panic!("{name} to {target:?}: {error:#}"));
-            assert!(files.iter().all(|(_, bytes)| bytes.len() > 500), "{name} {target:?}");
+            assert!(
+                files.iter().all(|(_, bytes)| bytes.len() > 500),
+                "{name} {target:?}"
+            );
         }
     }
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use anyhow::Result;
 use rayon::prelude::*;
+use sky_core::metrics::{ciede2000_of_lights, white_luminance};
 use sky_core::sky_model::{Conditions, Domain, SkyModel as _};
 use sky_sim::optics::Constituents;
 
@@ -13,6 +14,7 @@ use super::scene::Scene;
 use super::space::{Case, Score, cases, other_skies, pooled_conditions, score};
 use super::{STEPS_NM, whole_truth};
 use crate::args::PlanTerm;
+use crate::evaluate::{conditions, evaluation_directions};
 use crate::report::picture;
 use crate::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
 
@@ -189,4 +191,34 @@ pub(super) fn explain(scene: &Scene, term: PlanTerm) -> Result<(String, Vec<u8>)
         100.0 * score.seen[0],
     );
     Ok((text, png))
+}
+
+/// CIEDE2000 at the zenith between the skies with and without ozone, over altitudes and suns of a
+/// domain at its least turbidity. The white is that of the whole sky with ozone.
+///
+/// # Errors
+/// When the atmosphere cannot be built.
+pub fn zenith_without_ozone(profile: &Path, domain: &Domain) -> Result<Vec<(Conditions, f64)>> {
+    const STEPS: u8 = 4;
+    let with = whole_truth(profile, DEFAULT_GROUND_ALBEDO)?;
+    let without = without(profile, DEFAULT_GROUND_ALBEDO, PlanTerm::Ozone)?;
+    let place =
+        |[low, high]: [f64; 2], i: u8| low + f64::from(i) / f64::from(STEPS - 1) * (high - low);
+    let mut out = Vec::new();
+    for a in 0..STEPS {
+        for s in 0..STEPS {
+            let here = conditions(
+                place(domain.altitude_km, a),
+                domain.turbidity[0],
+                place(domain.sun_zenith_deg, s),
+            );
+            // the zenith is the first of them
+            let directions = evaluation_directions(here.observer_altitude);
+            let truth = with.yxy_map(&here, &directions)?;
+            let other = without.yxy_map(&here, &directions[..1])?;
+            let white = white_luminance(&truth).unwrap_or(f64::NAN);
+            out.push((here, ciede2000_of_lights(other[0], truth[0], white)));
+        }
+    }
+    Ok(out)
 }

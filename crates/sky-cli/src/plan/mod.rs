@@ -18,8 +18,7 @@ use std::time::Instant;
 
 use anyhow::{Result, anyhow, bail};
 use sky_core::aerial::AerialFrame;
-use sky_core::extended::TERMS;
-use sky_core::extended::single;
+use sky_core::extended::{TERMS, single};
 use sky_core::lut::{FitStatistics, Lut, LutHeader, Storage};
 use sky_core::quantity::Angle;
 use sky_core::sky_model::{Domain, SkyModel, Yxy};
@@ -31,9 +30,9 @@ use crate::args::PlanArgs;
 use crate::files::{OutputFile, print};
 use crate::generate::spinner;
 use crate::lut_commands::load;
-use crate::truth::TransportSky;
+use crate::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
 
-pub use explain::{Seen, ledger, visibility};
+pub use explain::{Seen, ledger, visibility, zenith_without_ozone};
 pub use file::{Axes, Expected, Plan, PlannedAerial, PlannedTier};
 use scene::{Scene, Tolerance};
 use search::{AXES, Choice, Search, term_names};
@@ -55,8 +54,6 @@ const POOL_SEED: u64 = 0x0055_544D_2005;
 const UNSEEN: f64 = 0.15;
 /// Distance of the wavelengths of the truth \[nm\], and the coarser one that is tried.
 const STEPS_NM: [u16; 2] = [10, 20];
-/// Of the search's cases every so many tells what is seen of the air.
-const AIR_STRIDE: usize = 5;
 
 /// A choice, what it saves and what it adds.
 #[derive(Clone, Debug, PartialEq)]
@@ -101,7 +98,8 @@ pub struct Planned {
     pub rows: Vec<Row>,
     /// What would break it, the least first.
     pub removals: Vec<Removal>,
-    /// The default table on the same cases: bytes and 95th percentiles of ΔE and luminance.
+    /// The default table on such cases, in the air that it was made for: bytes and 95th percentiles of
+    /// ΔE and luminance.
     pub default: Option<(usize, f64, f64)>,
 }
 
@@ -230,9 +228,15 @@ struct Air {
     rows: Vec<Row>,
 }
 
+/// Some of the search's cases, of few turbidities: another atmosphere is solved for each.
+fn few(pool: &[Case]) -> impl Iterator<Item = &Case> {
+    let chosen = |(i, case)| ((i / POOL[1]) % 4 == 1 && i % 2 == 0).then_some(case);
+    pool.iter().enumerate().filter_map(chosen)
+}
+
 /// Leaves out of the air what cannot be seen: constituents, and every other wavelength.
 fn needed_air(scene: &Scene, pool: &[Case]) -> Result<Air> {
-    let cases: Vec<Case> = pool.iter().step_by(AIR_STRIDE).cloned().collect();
+    let cases: Vec<Case> = few(pool).cloned().collect();
     let mut air = Air {
         constituents: Constituents::ALL,
         step_nm: STEPS_NM[0],
@@ -565,13 +569,18 @@ fn aerial(scene: &Scene, sky: &UtmSky) -> Result<PlannedAerial> {
     })
 }
 
-/// The default table on cases, where it answers for all of them.
+/// The default table on cases, where it answers for all of them; judged by the air that it was made
+/// for, so that what counts is the table.
 fn default_table(scene: &Scene, pool: &[Case]) -> Result<Option<(usize, f64, f64)>> {
     let default = UtmSky::embedded()?;
     if scene.domain.turbidity[1] > default.domain().turbidity[1] {
         return Ok(None);
     }
-    let score = score_of(&default, pool)?;
+    let (air, albedo) = (Constituents::REFERENCE, DEFAULT_GROUND_ALBEDO);
+    let truth = file::truth(Path::new("general"), air, STEPS_NM[0], albedo)?;
+    let conditions: Vec<_> = few(pool).map(|c| c.conditions).collect();
+    let cases = cases(&truth, &conditions, POOL_STRIDE, POOL_SEED, &|| ())?;
+    let score = score_of(&default, &cases)?;
     let bytes = default.lut().encode().len();
     Ok(Some((bytes, score.delta_e.p95, score.luminance.p95)))
 }
@@ -673,7 +682,7 @@ impl Planned {
         if let Some((bytes, delta_e, luminance)) = self.default {
             writeln!(
                 out,
-                "the default table here: {bytes} bytes, CIEDE2000 p95 {delta_e:.2}, luminance p95 {:.2} %",
+                "the default table in its own air: {bytes} bytes, CIEDE2000 p95 {delta_e:.2}, luminance p95 {:.2} %",
                 100.0 * luminance
             )?;
         }

@@ -163,18 +163,14 @@ impl<'a> Lattice<'a> {
         }
     }
 
-    /// Maps of one turbidity.
-    pub(super) fn maps_per_turbidity(&self) -> usize {
-        self.places.len()
-    }
-
     /// Computes what is missing for some turbidities.
     pub(super) fn prepare(&mut self, turbidities: &[f64]) -> Result<()> {
         for turbidity in turbidities {
             if self.layers.contains_key(&turbidity.to_bits()) {
                 continue;
             }
-            self.truth.solved(*turbidity);
+            // alone, for it does its own parallel work
+            drop(self.truth.solved(*turbidity));
             let made: Vec<(MapEquations, SkyMap)> = self
                 .places
                 .par_iter()
