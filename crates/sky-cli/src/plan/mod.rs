@@ -43,7 +43,7 @@ use space::{
 /// Share of the tolerance that the search aims at.
 const AIM: f64 = 0.95;
 /// Turbidities of the cases that the search measures on, and cases at each.
-const POOL: [usize; 2] = [12, 12];
+const POOL: [usize; 2] = [8, 18];
 /// Of the directions of [`crate::evaluate::evaluation_directions`] every so many.
 const POOL_STRIDE: usize = 3;
 /// As above, for verification: 24 directions a case.
@@ -230,7 +230,7 @@ struct Air {
 
 /// Some of the search's cases, of few turbidities: another atmosphere is solved for each.
 fn few(pool: &[Case]) -> impl Iterator<Item = &Case> {
-    let chosen = |(i, case)| ((i / POOL[1]) % 4 == 1 && i % 2 == 0).then_some(case);
+    let chosen = |(i, case)| ((i / POOL[1]) % 4 == 1 && i % 3 == 0).then_some(case);
     pool.iter().enumerate().filter_map(chosen)
 }
 

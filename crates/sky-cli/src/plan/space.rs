@@ -222,13 +222,20 @@ impl Dice {
     }
 }
 
-/// Cases anywhere in a domain.
+/// Turbidities that random cases share at most: each costs a solution of the truth.
+const MOST_TURBIDITIES: usize = 64;
+
+/// Cases anywhere in a domain: altitude and sun of their own, turbidities in turn from at most 64.
 pub(super) fn random_conditions(domain: &Domain, count: usize, seed: u64) -> Vec<Conditions> {
     let mut dice = Dice::new(seed);
-    (0..count)
-        .map(|_| {
-            let [h, t, s] = ranges(domain).map(|range| dice.between(range));
-            conditions(h, t, s)
+    let turbidities: Vec<f64> = (0..count.min(MOST_TURBIDITIES))
+        .map(|_| dice.between(domain.turbidity))
+        .collect();
+    let turns = turbidities.into_iter().cycle().take(count);
+    turns
+        .map(|turbidity| {
+            let altitude_km = dice.between(domain.altitude_km);
+            conditions(altitude_km, turbidity, dice.between(domain.sun_zenith_deg))
         })
         .collect()
 }
