@@ -14,7 +14,7 @@ struct AerialUniform {
     weights: array<vec4<f32>, 4>,
     // logarithm of the air's density, densities of gas and stratospheric aerosol, 2 km apart
     levels: array<vec4<f32>, 31>,
-    // number of layers, one over the haze's scale height [1/km], 0, 0
+    // number of layers, one over the haze's scale height [1/km], sections, sections and 3
     counts: vec4<f32>,
     // sine and cosine of the sun's zenith angle, 0, 0
     sun: vec4<f32>,
@@ -118,18 +118,22 @@ fn molecular_scattering(mu: f32) -> f32 {
     return 0.75 * (1.0 + mu * mu) + 0.3;
 }
 
-// The sky upward from a place that the ray passes on its way down.
-fn mirrored_sky(place: vec2<f32>, mu: f32) -> vec3<f32> {
-    let cosine = -place.y;
+// The sky from a place toward the ray, or mirrored at the horizontal where the ray descends.
+fn sky_toward(place: vec2<f32>, gamma: f32, mu: f32, descends: bool) -> vec3<f32> {
+    let cosine = select(place.y, -place.y, descends);
     let across = sqrt(max(1.0 - cosine * cosine, 0.0)) * aerial.sun.x;
     let level = cosine * aerial.sun.y;
     let nearest = clamp(mu, level - across, level + across);
     let air = aerial.per_km[0].z * exp(air_level(place.x).x);
     let haze = aerial.per_km[2].z * exp(-place.x * aerial.counts.y);
-    let there = clamp(mu + (nearest - mu) * air / (air + haze), -1.0, 1.0);
-    let gamma = angle_from(sqrt(1.0 - there * there), there);
-    let ratio = molecular_scattering(mu) / molecular_scattering(there);
-    return ratio * sky_at(vec2<f32>(place.x, cosine), gamma, there);
+    let mirrored = clamp(mu + (nearest - mu) * air / (air + haze), -1.0, 1.0);
+    let mirrored_gamma = angle_from(sqrt(1.0 - mirrored * mirrored), mirrored);
+    let ratio = molecular_scattering(mu) / molecular_scattering(mirrored);
+    return select(1.0, ratio, descends) * sky_at(
+        vec2<f32>(place.x, cosine),
+        select(gamma, mirrored_gamma, descends),
+        select(mu, mirrored, descends),
+    );
 }
 
 fn section_end(section: f32) -> f32 {
@@ -144,46 +148,70 @@ struct AerialPath {
     inscatter: vec3<f32>,
 }
 
+// Optical depths of a ray that rises from its lowest point.
+fn rising_depth(bottom: vec2<f32>, length_km: f32) -> vec4<f32> {
+    var depth = vec4<f32>(0.0, 0.0, 0.0, 0.0);
+    var lower = bottom;
+    for (var i = 0.0; i < aerial.counts.z; i = i + 1.0) {
+        let upper = along(bottom, length_km * section_end(i + 1.0));
+        let length = length_km * (section_end(i + 1.0) - section_end(i));
+        depth = depth + section_depth(lower, upper, length);
+        lower = upper;
+    }
+    return depth;
+}
+
 // color = transmittance * object + inscatter, for an object at a distance [km] in a local direction.
+//
+// The loop runs over the ends of the sections: those of the descent, then start and end of the rise.
+// Its bound is a uniform (sections and 3), for drivers that would unroll it into very long programs.
 fn aerial_path(altitude_km: f32, direction: vec3<f32>, distance_km: f32) -> AerialPath {
     let start = vec2<f32>(altitude_km, direction.z);
     let angles = angle_from_sun(direction, aerial.sun.xy);
     let lowest = clamp(-(EARTH_RADIUS_KM + altitude_km) * start.y, 0.0, distance_km);
-    let bottom = along(start, lowest);
+    let rise = min(distance_km - lowest, distance_to_top(along(start, lowest)));
     var depth = vec4<f32>(0.0, 0.0, 0.0, 0.0);
     var light = vec3<f32>(0.0, 0.0, 0.0);
-    if (lowest > 0.0) {
-        var upper = start;
-        var upper_sky = mirrored_sky(upper, angles.y);
-        for (var i = SECTIONS - 1.0; i >= 0.0; i = i - 1.0) {
-            let lower = along(start, lowest * (1.0 - section_end(i)));
-            let length = lowest * (section_end(i + 1.0) - section_end(i));
-            let section = section_depth(upper, lower, length);
-            let lower_sky = mirrored_sky(lower, angles.y);
+    var last = start;
+    var last_sky = vec3<f32>(0.0, 0.0, 0.0);
+    for (var k = 0.0; k < aerial.counts.w; k = k + 1.0) {
+        let descends = k < SECTIONS + 0.5;
+        if (select(rise, lowest, descends) <= 0.0) {
+            continue;
+        }
+        let is_end = k > SECTIONS + 1.5;
+        var far = select(lowest, lowest + rise, is_end);
+        if (descends) {
+            far = lowest * (1.0 - section_end(SECTIONS - k));
+        }
+        let here = along(start, far);
+        let here_sky = sky_toward(here, angles.x, angles.y, descends);
+        if (descends && k > 0.5) {
+            let length = lowest * (section_end(SECTIONS + 1.0 - k) - section_end(SECTIONS - k));
+            let section = section_depth(last, here, length);
             light = light + transmittance_of(depth).xyz
-                * max(lower_sky - transmittance_of(section).xyz * upper_sky, vec3<f32>(0.0, 0.0, 0.0));
+                * max(here_sky - transmittance_of(section).xyz * last_sky, vec3<f32>(0.0, 0.0, 0.0));
             depth = depth + section;
-            upper = lower;
-            upper_sky = lower_sky;
         }
-    }
-    let rise = distance_km - lowest;
-    if (rise > 0.0) {
-        var section = vec4<f32>(0.0, 0.0, 0.0, 0.0);
-        var lower = bottom;
-        for (var i = 0.0; i < SECTIONS; i = i + 1.0) {
-            let upper = along(bottom, rise * section_end(i + 1.0));
-            let length = rise * (section_end(i + 1.0) - section_end(i));
-            section = section + section_depth(lower, upper, length);
-            lower = upper;
+        if (is_end) {
+            let section = rising_depth(last, rise);
+            light = light + transmittance_of(depth).xyz
+                * max(last_sky - transmittance_of(section).xyz * here_sky, vec3<f32>(0.0, 0.0, 0.0));
+            depth = depth + section;
         }
-        let near = sky_at(bottom, angles.x, angles.y);
-        let far = sky_at(lower, angles.x, angles.y);
-        light = light + transmittance_of(depth).xyz
-            * max(near - transmittance_of(section).xyz * far, vec3<f32>(0.0, 0.0, 0.0));
-        depth = depth + section;
+        last = here;
+        last_sky = here_sky;
     }
     return AerialPath(transmittance_of(depth), light);
+}
+
+// Distance at which a rising ray leaves the air; not positive above it.
+fn distance_to_top(bottom: vec2<f32>) -> f32 {
+    let radius = EARTH_RADIUS_KM + bottom.x;
+    let up = 60.0 - bottom.x;
+    let half = radius * max(bottom.y, 0.0);
+    let product = up * (up + 2.0 * radius);
+    return product / max(half + sqrt(max(half * half + product, 0.0)), 1e-6);
 }
 
 fn distance_to_ground(altitude_km: f32, cosine: f32) -> f32 {

@@ -1,26 +1,26 @@
-// The baked tier: the sky in a small texture over azimuth from the sun and height over the horizon.
+// Full-screen skies: the formula at every pixel, or a small texture over azimuth from the sun and
+// height over the horizon. The ground is of the texture in both.
 
 @group(2) @binding(0) var baked_texture: texture_2d<f32>;
 @group(2) @binding(1) var baked_sampler: sampler;
 
 // Texels across, texels up, of these the lowest for the ground.
-const BAKED_WIDTH: f32 = 128.0;
-const BAKED_HEIGHT: f32 = 160.0;
-const BAKED_GROUND: f32 = 48.0;
+const BAKED_WIDTH: f32 = 160.0;
+const BAKED_HEIGHT: f32 = 192.0;
+const BAKED_GROUND: f32 = 40.0;
 
 // Texel of a direction: across, the sine of half the azimuth from the sun; up, the root of the height
 // over or under the horizon. Sky and ground never blend.
 fn baked_from_direction(direction: vec3<f32>) -> vec2<f32> {
-    let cos_horizon = sky.place.z;
     let flat_squared = max(direction.x * direction.x + direction.y * direction.y, 1e-12);
     let across = sqrt(clamp(0.5 - 0.5 * direction.x * inverseSqrt(flat_squared), 0.0, 1.0));
-    let height = direction.z - cos_horizon;
-    if (height < -2e-7) {
-        let down = sqrt(-height / (1.0 + cos_horizon));
-        return vec2<f32>(0.5 + across * (BAKED_WIDTH - 1.0), BAKED_GROUND - 0.5 - min(down, 1.0) * (BAKED_GROUND - 1.0));
-    }
-    let up = sqrt(max(height, 0.0) / (1.0 - cos_horizon));
-    return vec2<f32>(0.5 + across * (BAKED_WIDTH - 1.0), BAKED_GROUND + 0.5 + min(up, 1.0) * (BAKED_HEIGHT - BAKED_GROUND - 1.0));
+    let height = direction.z - sky.place.z;
+    let above = is_sky(direction);
+    let whole = select(1.0 + sky.place.z, 1.0 - sky.place.z, above);
+    let away = min(sqrt(abs(height) / whole), 1.0);
+    let texels = select(1.0 - BAKED_GROUND, BAKED_HEIGHT - BAKED_GROUND - 1.0, above);
+    let edge = BAKED_GROUND + select(-0.5, 0.5, above);
+    return vec2<f32>(0.5 + across * (BAKED_WIDTH - 1.0), edge + away * texels);
 }
 
 // The inverse of baked_from_direction.
@@ -44,32 +44,53 @@ fn direction_from_baked(texel: vec2<f32>) -> vec3<f32> {
 
 // sky.debug.y scales light into the range of the texture's f16.
 @fragment
-fn bake_fragment(in: ScreenVertex) -> @location(0) vec4<f32> {
-    return vec4<f32>(sky_and_ground(direction_from_baked(in.position.xy)) * sky.debug.y, 1.0);
-}
-
-fn baked_light(direction: vec3<f32>) -> vec3<f32> {
-    let texel = baked_from_direction(direction);
-    let uv = texel / vec2<f32>(BAKED_WIDTH, BAKED_HEIGHT);
-    let light = textureSampleLevel(baked_texture, baked_sampler, uv, 0.0).xyz * sky.debug.z;
-    let mu = direction.x * sky.place.x + direction.z * sky.place.y;
-    if (mu > 0.99998 && direction.z >= sky.place.z - 2e-7) {
-        let angles = angle_from_sun(direction, sky.place.xy);
-        return light + sun_disc(angles.z, mu, direction.z);
-    }
-    return light;
+fn bake_sky(in: ScreenVertex) -> @location(0) vec4<f32> {
+    return vec4<f32>(sky_light(direction_from_baked(in.position.xy)) * sky.debug.y, 1.0);
 }
 
 @fragment
-fn baked_sky_fragment(in: ScreenVertex) -> @location(0) vec4<f32> {
-    return displayed(baked_light(to_local(in.ray)), in.position.xy, sky.display);
+fn bake_ground(in: ScreenVertex) -> @location(0) vec4<f32> {
+    return vec4<f32>(ground_light(direction_from_baked(in.position.xy)) * sky.debug.y, 1.0);
+}
+
+fn baked_light(direction: vec3<f32>) -> vec3<f32> {
+    let uv = baked_from_direction(direction) / vec2<f32>(BAKED_WIDTH, BAKED_HEIGHT);
+    return textureSampleLevel(baked_texture, baked_sampler, uv, 0.0).xyz * sky.debug.z;
+}
+
+// The formula for the sky, the texture for the ground.
+fn light_from(direction: vec3<f32>) -> vec3<f32> {
+    return select(baked_light(direction), sky_light(direction), is_sky(direction)) + sun_disc(direction);
+}
+
+@fragment
+fn sky_fragment(in: ScreenVertex) -> @location(0) vec4<f32> {
+    return displayed(light_from(normalize(in.ray)), in.position.xy, sky.display);
+}
+
+@fragment
+fn sky_panorama(in: ScreenVertex) -> @location(0) vec4<f32> {
+    let ray = panorama_ray(in.clip);
+    let color = displayed(light_from(to_local(ray.xyz)), in.position.xy, sky.display);
+    return select(vec4<f32>(0.0, 0.0, 0.0, 1.0), color, ray.w > 0.5);
+}
+
+@fragment
+fn baked_fragment(in: ScreenVertex) -> @location(0) vec4<f32> {
+    let direction = normalize(in.ray);
+    return displayed(baked_light(direction) + sun_disc(direction), in.position.xy, sky.display);
 }
 
 @fragment
 fn baked_panorama(in: ScreenVertex) -> @location(0) vec4<f32> {
     let ray = panorama_ray(in.clip);
-    if (ray.w < 0.5) {
-        return vec4<f32>(0.0, 0.0, 0.0, 1.0);
-    }
-    return displayed(baked_light(to_local(ray.xyz)), in.position.xy, sky.display);
+    let direction = to_local(ray.xyz);
+    let color = displayed(baked_light(direction) + sun_disc(direction), in.position.xy, sky.display);
+    return select(vec4<f32>(0.0, 0.0, 0.0, 1.0), color, ray.w > 0.5);
+}
+
+// A constant color: what the tiers are measured against.
+@fragment
+fn floor_fragment(in: ScreenVertex) -> @location(0) vec4<f32> {
+    return vec4<f32>(0.25, 0.5, 0.75, 1.0);
 }

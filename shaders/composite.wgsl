@@ -17,19 +17,31 @@ fn composite_fragment(in: ScreenVertex) -> @location(0) vec4<f32> {
             discard;
         }
         if (view.kind.x > 0.5) {
-            direction = panorama_ray(in.clip).xyz;
+            direction = to_local(panorama_ray(in.clip).xyz);
         } else {
-            direction = in.ray;
+            direction = normalize(in.ray);
         }
     } else {
         if (depth == view.dome.w) {
             discard;
         }
-        let world = view.clip_to_world * vec4<f32>(in.clip, depth, 1.0);
-        direction = world.xyz / world.w;
-        distance_km = length(direction) * view.viewport.z;
+        let place = view.clip_to_world * vec4<f32>(in.clip, depth, 1.0);
+        let world = place.xyz / place.w;
+        direction = to_local(world);
+        distance_km = length(world) * view.viewport.z;
     }
     let color = textureLoad(scene_color, pixel, 0).xyz;
-    let path = aerial_path(sky.place.w, to_local(direction), distance_km);
+    let path = aerial_path(sky.place.w, direction, distance_km);
     return displayed(path.transmittance.xyz * color + path.inscatter, in.position.xy, sky.display);
+}
+
+// The scene as it is, displayed like the sky.
+@fragment
+fn scene_fragment(in: ScreenVertex) -> @location(0) vec4<f32> {
+    let pixel = vec2<i32>(in.position.xy - view.viewport.xy);
+    let depth = textureLoad(scene_depth, pixel, 0).x;
+    if (depth == select(view.dome.w, 0.0, view.kind.w > 0.5)) {
+        discard;
+    }
+    return displayed(textureLoad(scene_color, pixel, 0).xyz, in.position.xy, sky.display);
 }

@@ -38,7 +38,11 @@ fn dome_vertex(@builtin(vertex_index) index: u32) -> DomeVertex {
         lit.z = max(lit.z, sky.place.z);
     }
     var out: DomeVertex;
-    out.light = sky_and_ground(lit);
+    if (is_ground) {
+        out.light = ground_light(lit);
+    } else {
+        out.light = sky_light(lit);
+    }
     out.direction = direction;
     let world = sky.local_x.xyz * direction.x + sky.local_y.xyz * direction.y + sky.local_z.xyz * direction.z;
     if (view.kind.x < 0.5) {
@@ -62,13 +66,8 @@ fn dome_vertex(@builtin(vertex_index) index: u32) -> DomeVertex {
 @fragment
 fn dome_fragment(in: DomeVertex) -> @location(0) vec4<f32> {
     let direction = normalize(in.direction);
-    var light = in.light;
     if (view.kind.x > 0.5 && view.kind.x < 1.5 && direction.z < 0.0) {
         return vec4<f32>(0.0, 0.0, 0.0, 1.0);
     }
-    if (direction.z >= sky.place.z) {
-        let angles = angle_from_sun(direction, sky.place.xy);
-        light = light + sun_disc(angles.z, angles.y, direction.z);
-    }
-    return displayed(light, in.position.xy, sky.display);
+    return displayed(in.light + sun_disc(direction), in.position.xy, sky.display);
 }

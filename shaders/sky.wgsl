@@ -1,4 +1,4 @@
-// Entry points of the sky: full screen (formula or baked texture) and dome.
+// The view, the full-screen triangle, and the light of sky and ground.
 
 struct ViewUniform {
     // from clip space (x, y, depth, 1) to world directions; translation left out
@@ -18,6 +18,7 @@ struct ViewUniform {
 struct ScreenVertex {
     @builtin(position) position: vec4<f32>,
     @location(0) clip: vec2<f32>,
+    // in the local frame, of any length
     @location(1) ray: vec3<f32>,
 }
 
@@ -32,7 +33,8 @@ fn screen_vertex(@builtin(vertex_index) index: u32) -> ScreenVertex {
     var out: ScreenVertex;
     out.position = vec4<f32>(clip, view.dome.w, 1.0);
     out.clip = clip;
-    out.ray = ray_of(clip);
+    let ray = ray_of(clip);
+    out.ray = vec3<f32>(dot(sky.local_x.xyz, ray), dot(sky.local_y.xyz, ray), dot(sky.local_z.xyz, ray));
     return out;
 }
 
@@ -57,51 +59,27 @@ fn panorama_ray(clip: vec2<f32>) -> vec4<f32> {
     return vec4<f32>(world.xyz, inside);
 }
 
-// Light from a unit vector in the local frame, without the sun's disc.
-fn sky_and_ground(direction: vec3<f32>) -> vec3<f32> {
-    if (sky.debug.x > 0.5) {
-        return outside_domain(direction);
-    }
-    if (direction.z < sky.place.z - 2e-7) {
-        let distance = distance_to_ground(sky.place.w, direction.z);
-        let path = aerial_path(sky.place.w, direction, distance);
-        return path.transmittance.xyz * sky.ground.xyz + path.inscatter;
-    }
+// Light from a unit vector in the local frame at or above the horizon, without the sun's disc.
+fn sky_light(direction: vec3<f32>) -> vec3<f32> {
     let angles = angle_from_sun(direction, sky.place.xy);
-    return linear_srgb_from_yxy(sky_yxy(direction.z, angles.x, angles.y));
+    let light = linear_srgb_from_yxy(sky_yxy(direction.z, angles.x, angles.y));
+    return select(light, outside_domain(direction), sky.debug.x > 0.5);
 }
 
-// The same with the sun's disc.
-fn light_from(direction: vec3<f32>) -> vec3<f32> {
-    let light = sky_and_ground(direction);
-    let mu = direction.x * sky.place.x + direction.z * sky.place.y;
-    if (mu > 0.99998 && direction.z >= sky.place.z - 2e-7) {
-        return light + sun_disc(angle_from_sun(direction, sky.place.xy).z, mu, direction.z);
-    }
-    return light;
+// Light from below the horizon: the ground through the air.
+fn ground_light(direction: vec3<f32>) -> vec3<f32> {
+    let distance = distance_to_ground(sky.place.w, direction.z);
+    let path = aerial_path(sky.place.w, direction, distance);
+    let light = path.transmittance.xyz * sky.ground.xyz + path.inscatter;
+    return select(light, outside_domain(direction), sky.debug.x > 0.5);
+}
+
+fn is_sky(direction: vec3<f32>) -> bool {
+    return direction.z >= sky.place.z - 2e-7;
 }
 
 // Stripes that nobody takes for a sky.
 fn outside_domain(direction: vec3<f32>) -> vec3<f32> {
     let stripe = select(0.1, 1.0, fract((direction.x + direction.y + direction.z) * 8.0) < 0.5);
     return vec3<f32>(stripe, 0.0, stripe) / max(sky.display.x, 1e-9);
-}
-
-@fragment
-fn sky_fragment(in: ScreenVertex) -> @location(0) vec4<f32> {
-    return displayed(light_from(to_local(in.ray)), in.position.xy, sky.display);
-}
-
-@fragment
-fn sky_panorama(in: ScreenVertex) -> @location(0) vec4<f32> {
-    let ray = panorama_ray(in.clip);
-    if (ray.w < 0.5) {
-        return vec4<f32>(0.0, 0.0, 0.0, 1.0);
-    }
-    return displayed(light_from(to_local(ray.xyz)), in.position.xy, sky.display);
-}
-
-@fragment
-fn floor_fragment(in: ScreenVertex) -> @location(0) vec4<f32> {
-    return vec4<f32>(0.25, 0.5, 0.75, 1.0);
 }

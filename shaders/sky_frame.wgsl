@@ -19,7 +19,8 @@ struct SkyUniform {
     ground: vec4<f32>,
     // exposure, tone curve, dither (1 over levels), 1 where the target encodes by itself
     display: vec4<f32>,
-    // 1: paint what lies outside the domain
+    // 1: paint what lies outside the domain; scale of the baked sky and its inverse; cosine of the
+    // lowest direction that the table was fitted to
     debug: vec4<f32>,
 }
 
@@ -27,7 +28,8 @@ struct SkyUniform {
 
 // Luminance [cd/m2], x and y from a direction in the local frame at or above the horizon.
 fn sky_yxy(cosine: f32, gamma: f32, mu: f32) -> vec3<f32> {
-    let basis = sky_basis(cosine, sky.radii, gamma, mu);
+    // below the lowest fitted ring the sky is that ring's
+    let basis = sky_basis(max(cosine, sky.debug.w), sky.radii, gamma, mu);
     let a = sky.coefficients[0] * basis.a.x + sky.coefficients[1] * basis.a.y
         + sky.coefficients[2] * basis.a.z + sky.coefficients[3] * basis.a.w;
     let b = sky.coefficients[4] * basis.b.x + sky.coefficients[5] * basis.b.y
@@ -52,13 +54,14 @@ fn to_local(world: vec3<f32>) -> vec3<f32> {
     ));
 }
 
-// Light of the sun's disc, black outside it.
-fn sun_disc(sine: f32, mu: f32, cosine: f32) -> vec3<f32> {
-    if (mu < 0.0 || sine >= sky.ground.w) {
-        return vec3<f32>(0.0, 0.0, 0.0);
-    }
-    let from_center = sine / sky.ground.w;
+// Light of the sun's disc, black outside it and below the horizon.
+fn sun_disc(direction: vec3<f32>) -> vec3<f32> {
+    let mu = direction.x * sky.place.x + direction.z * sky.place.y;
+    let across = direction.z * sky.place.x - direction.x * sky.place.y;
+    let from_center = sqrt(direction.y * direction.y + across * across) / sky.ground.w;
     let limb = 1.0 - 0.6 * (1.0 - sqrt(max(1.0 - from_center * from_center, 0.0)));
-    let height = (cosine - sky.sun_lower.w) / max(sky.sun_upper.w - sky.sun_lower.w, 1e-9);
-    return limb * mix(sky.sun_lower.xyz, sky.sun_upper.xyz, clamp(height, 0.0, 1.0));
+    let height = (direction.z - sky.sun_lower.w) / max(sky.sun_upper.w - sky.sun_lower.w, 1e-9);
+    let light = limb * mix(sky.sun_lower.xyz, sky.sun_upper.xyz, clamp(height, 0.0, 1.0));
+    let inside = mu > 0.0 && from_center < 1.0 && direction.z >= sky.place.z - 2e-7;
+    return select(vec3<f32>(0.0, 0.0, 0.0), light, inside);
 }

@@ -66,13 +66,9 @@ fn dither(pixel: vec2<f32>) -> f32 {
     return hash_noise(x, y, 1u) - hash_noise(x, y, 2u);
 }
 
-// display: exposure, tone curve (negative: linear light for a float target), one over the target's
-// levels, 1 where the target encodes by itself.
+// display: exposure, tone curve, one over the target's levels, 1 where the target encodes by itself.
 fn displayed(light: vec3<f32>, pixel: vec2<f32>, display: vec4<f32>) -> vec4<f32> {
     let exposed = light * display.x;
-    if (display.y < -0.5) {
-        return vec4<f32>(exposed, 1.0);
-    }
     let linear = tone_mapped(exposed, display.y);
     let noise = dither(pixel) * display.z;
     if (display.w > 0.5) {

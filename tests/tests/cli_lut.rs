@@ -129,3 +129,18 @@ fn an_export_that_cannot_be_written() {
     );
     assert_eq!(names(dir.path()), ["sky.utmlut"]);
 }
+
+#[test]
+fn the_built_in_table_can_be_asked_by_its_name() {
+    let dir = tempdir().expect("a temporary directory");
+    let printed = succeed(dir.path(), "lut info embedded").stdout;
+    assert!(
+        printed.contains("form              extended\n"),
+        "{printed}"
+    );
+    succeed(
+        dir.path(),
+        "sky --lut embedded --altitude-km 6 --turbidity 2 --sun-zenith-deg 60 --out yxy.csv",
+    );
+    assert_eq!(names(dir.path()), ["yxy.csv"]);
+}

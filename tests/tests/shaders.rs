@@ -8,13 +8,14 @@ use sky_gpu::shader;
 #[test]
 fn every_program_translates_to_every_language() {
     for (name, last) in shader::PROGRAMS {
-        for target in ShaderTarget::value_variants() {
-            let files = translate(name, &shader::program(last), *target)
-                .unwrap_or_else(|error| panic!("{name} to {target:?}: {error:#}"));
-            assert!(
-                files.iter().all(|(_, bytes)| bytes.len() > 500),
-                "{name} {target:?}"
-            );
+        for float_target in [false, true] {
+            let text = shader::program(last, float_target);
+            for target in ShaderTarget::value_variants() {
+                let files = translate(name, &text, *target)
+                    .unwrap_or_else(|error| panic!("{name} to {target:?}: {error:#}"));
+                let written = files.iter().all(|(_, bytes)| bytes.len() > 100);
+                assert!(written && !files.is_empty(), "{name} to {target:?}");
+            }
         }
     }
 }
@@ -22,7 +23,8 @@ fn every_program_translates_to_every_language() {
 #[test]
 fn perez_s_formula_translates_too() {
     let text = format!(
-        "{}\n@fragment fn f(@location(0) v: vec4<f32>) -> @location(0) vec4<f32> {{ return vec4<f32>(perez(v, v.x, v.y, v.z)); }}",
+        "{}\n@fragment fn f(@location(0) v: vec4<f32>) -> @location(0) vec4<f32> {{ return \
+         vec4<f32>(perez(v, v.x, v.y, v.z)); }}",
         shader::PEREZ.1
     );
     for target in ShaderTarget::value_variants() {

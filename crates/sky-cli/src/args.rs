@@ -42,6 +42,10 @@ pub enum Command {
     Render(RenderArgs),
     /// Draw the figures of the report of 2005 on one contact sheet
     Gallery(GalleryArgs),
+    /// Compare every sky: error against cost, on one chart
+    Chart(ChartArgs),
+    /// List the skies that can be compared, with citation and domain
+    Models,
     /// Print what a scene is lit with: sun, sky, spherical harmonics
     Light(LightArgs),
     /// Time the ways to draw a sky
@@ -54,6 +58,10 @@ pub enum Command {
     Plan(PlanArgs),
     /// Write the report on a look-up table as one HTML page
     Report(ReportArgs),
+    /// Find where the models fail: a sweep over their domains and beyond
+    Atlas(AtlasArgs),
+    /// Fit damaged maps from random starts, with and without the fit's safeguards
+    FitStress(FitStressArgs),
     /// Inspect or export a look-up table
     Lut(LutArgs),
 }
@@ -61,6 +69,10 @@ pub enum Command {
 /// Help of `--directions`.
 const DIRECTIONS_HELP: &str = "Directions: CSV with view_zenith_deg,relative_azimuth_deg \
                                (0 faces the sun); without it the zenith and nine rings of 30";
+
+/// Help of `--segments`.
+const SEGMENTS_HELP: &str =
+    "Paths: CSV with view_zenith_deg,relative_azimuth_deg (0 faces the sun),distance_km";
 
 /// A number within bounds, both allowed. NaN and infinities are refused.
 fn within(low: f64, high: f64) -> impl TypedValueParser<Value = f64> {
@@ -437,8 +449,8 @@ pub struct SegmentArgs {
     /// Table, observer, sun and haze.
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Paths: CSV with view_zenith_deg,relative_azimuth_deg (0 faces the sun),distance_km
-    #[arg(long, value_name = "CSV")]
+    /// Paths: CSV with zenith angle, azimuth and length of each
+    #[arg(long, value_name = "CSV", help = SEGMENTS_HELP)]
     pub segments: PathBuf,
     /// Which aerial perspective
     #[arg(long, value_enum, default_value_t)]
@@ -618,6 +630,26 @@ pub struct GalleryArgs {
     pub backend: Backend,
     /// Directory
     #[arg(long, value_name = "DIR", default_value = "target/utm-sky/gallery")]
+    pub out: PathBuf,
+}
+
+/// Arguments of `utm-sky chart`.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  utm-sky chart
+  utm-sky chart --models utm-sky,hillaire,preetham --quick --out chart
+
+Measures error against the transport engine and cost of every model in one run, and writes chart.csv,
+chart.svg and chart.html. --quick takes fewer cases and one picture size.")]
+pub struct ChartArgs {
+    /// Models to compare, by name; without it all (see utm-sky models)
+    #[arg(long, value_name = "A,B", value_delimiter = ',')]
+    pub models: Vec<String>,
+    /// Fewer cases and frames
+    #[arg(long)]
+    pub quick: bool,
+    /// Directory
+    #[arg(long, value_name = "DIR", default_value = "target/utm-sky/chart")]
     pub out: PathBuf,
 }
 
@@ -839,6 +871,54 @@ pub struct ReportArgs {
     pub lut: LutSource,
     /// Directory for report.html and report.csv; made if missing
     #[arg(long, value_name = "DIR", default_value = "target/utm-sky")]
+    pub out: PathBuf,
+}
+
+/// `utm-sky atlas`.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  utm-sky atlas --quick
+  utm-sky atlas --models utm-sky,utm2005 --out atlas
+
+atlas.csv has a row for each model, arithmetic, kind of failure and side of the model's domain:
+samples, failures, the largest score and a command that shows it. What the score of a kind is,
+and above which limit it is a failure, stands in atlas.html. The tables that were made for the sweep
+are written beside it.")]
+pub struct AtlasArgs {
+    /// Fewer samples, for a first look
+    #[arg(long)]
+    pub quick: bool,
+    /// Models, separated by commas; without it all: utm-sky, utm2005, perez-spherical
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    pub models: Option<Vec<String>>,
+    /// Directory for atlas.csv and atlas.html; made if missing
+    #[arg(long, value_name = "DIR", default_value = "target/utm-sky/atlas")]
+    pub out: PathBuf,
+}
+
+/// `utm-sky fit-stress`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:
+  utm-sky fit-stress --quick --out fits
+
+fit_stress.csv has a row for each sky, channel, damage and method.
+  method              safeguarded: as tables are fitted, a random start added; one_start: the random
+                      start alone; plain: Levenberg-Marquardt on the printed coefficients
+  refused             fits that ended in an error that names what is wrong with the map
+  no_sky              fits that ended at coefficients that are not positive everywhere
+  succeeded           skies within 1 % of the best residual of a sky on the same map
+  best_rms            that residual (median over the damaged maps): of ln Y, or of x or y
+  radiance_median     how far the fitted sky is from the undamaged one's, 95th percentile over the
+  radiance_worst      directions: share of luminance, or x or y
+  condition_median    condition number of the samples' Jacobian
+  evaluations_median  evaluations of the formula over all samples
+  evaluations_most")]
+pub struct FitStressArgs {
+    /// Fewer fits, for a first look
+    #[arg(long)]
+    pub quick: bool,
+    /// Directory for the CSV file; made if missing
+    #[arg(long, value_name = "DIR", default_value = "target/utm-sky/fit-stress")]
     pub out: PathBuf,
 }
 

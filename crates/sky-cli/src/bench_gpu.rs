@@ -17,9 +17,6 @@ use crate::generate::progress;
 use crate::render::{bind_scene, looking, pixels, world_direction};
 use crate::terrain::SceneBuffers;
 
-/// Frames that are drawn before any is counted.
-const WARM_UP: u32 = 3;
-
 /// One way to draw.
 #[derive(Clone, Copy, Debug)]
 pub struct Case {
@@ -66,7 +63,11 @@ pub struct Cost {
 pub fn run(args: &BenchGpuArgs) -> Result<()> {
     let out = OutputFile::create(&args.out)?;
     let gpu = Headless::new()?;
-    let costs = measure(&gpu, args.size, args.frames)?;
+    let stage = Stage::new(&gpu, args.size)?;
+    let draws: Vec<_> = CASES.iter().map(|case| stage.draw(*case)).collect();
+    let bar = progress("frames", args.frames as usize + 1);
+    let costs = stage.interleaved(&gpu, &draws, args.frames, f64::INFINITY, &|| bar.inc(1))?;
+    bar.finish_and_clear();
     let mut text =
         String::from("name,median_ns_per_pixel,p95_ns_per_pixel,ratio_to_floor,adapter\n");
     for (case, cost) in CASES.iter().zip(&costs) {
@@ -90,80 +91,133 @@ pub fn adapter_name(gpu: &Headless) -> String {
     format!("{} ({})", gpu.info.name, gpu.info.driver_info).replace('"', "'")
 }
 
-/// Times every case, in turn, frame by frame.
-///
-/// # Errors
-/// When the device is lost.
-pub fn measure(gpu: &Headless, size: [u32; 2], frames: u32) -> Result<Vec<Cost>> {
-    let format = wgpu::TextureFormat::Rgba16Float;
-    let target = gpu.target(size, format)?;
-    let view = target.create_view(&wgpu::TextureViewDescriptor::default());
-    let sky = UtmSky::embedded()?;
-    let mut renderer = SkyRenderer::new(&gpu.device, sky.lut(), format)?;
-    let frame = SkyFrame {
-        observer_altitude: Length::from_km(3.0),
-        turbidity: 2.5,
-        sun: world_direction(Angle::ZERO, Angle::from_degrees(30.0)),
-        up: Vec3::Z,
-        ground_albedo: 0.2,
-        exposure: Exposure::Ev100(14.0),
-        tone: None,
-    };
-    renderer.update(&gpu.queue, &frame)?;
-    // the lower edge of the picture looks 5 degrees up: sky alone
-    let aspect = pixels(size[0]) / pixels(size[1]);
-    let fov = Angle::from_degrees(60.0);
-    let camera = Camera {
-        depth_is_distance: true,
-        ..Camera::perspective(
-            sky_core::extended::single(fov.radians()),
-            aspect,
-            looking(20.0, 35.0),
-        )
-    };
-    renderer.set_camera(&gpu.queue, 0, &camera);
-    let [width, height] = size;
-    let scene = SceneBuffers::new(
-        width,
-        (0..height).flat_map(|y| {
-            let distance = if 2 * y >= height { 50.0 } else { 0.0 };
-            (0..width).map(move |_| ([500.0; 3], distance))
-        }),
-    );
-    let scene = bind_scene(gpu, &renderer, &scene, size)?;
-    let clock = Clock::new(gpu);
-    let bar = progress("frames", frames as usize);
-    let mut times = vec![Vec::new(); CASES.len()];
-    for i in 0..WARM_UP + frames {
-        for (case, times) in CASES.iter().zip(&mut times) {
-            let ns = clock.time(gpu, |encoder, timing| {
-                if let Some(tier) = case.tier {
-                    renderer.prepare(encoder, tier);
-                }
-                let mut pass = Headless::pass(encoder, &view, timing);
-                match case.tier {
-                    None => renderer.draw_floor(&mut pass, 0),
-                    Some(tier) => renderer.draw(&mut pass, 0, tier),
-                }
-                if case.composite {
-                    renderer.composite(&mut pass, 0, &scene);
-                }
-            })?;
-            if i >= WARM_UP {
-                times.push(ns / (f64::from(width) * f64::from(height)));
-            }
-        }
-        bar.inc(u64::from(i >= WARM_UP));
-    }
-    bar.finish_and_clear();
-    Ok(times
-        .iter()
-        .filter_map(|t| Statistics::of(t))
-        .map(|s| Cost {
-            median_ns: s.median,
-            p95_ns: s.p95,
+/// One thing that is drawn and timed.
+pub type Draw<'a> = Box<dyn Fn(&mut wgpu::RenderPass<'_>) + 'a>;
+
+/// A target and our own renderer, ready to be timed.
+#[derive(Debug)]
+pub struct Stage {
+    size: [u32; 2],
+    view: wgpu::TextureView,
+    renderer: SkyRenderer,
+    scene: wgpu::BindGroup,
+}
+
+/// The sun of a stage is 60° from the zenith, due north.
+pub const STAGE_SUN_ZENITH_DEG: f64 = 60.0;
+/// Altitude \[km\] and turbidity of a stage.
+pub const STAGE_PLACE: [f64; 2] = [0.05, 2.5];
+
+impl Stage {
+    /// A stage of a size; its lower edge looks 5° up, so that the picture is all sky.
+    ///
+    /// # Errors
+    /// When the size cannot be drawn.
+    pub fn new(gpu: &Headless, size: [u32; 2]) -> Result<Self> {
+        let format = wgpu::TextureFormat::Rgba16Float;
+        let target = gpu.target(size, format)?;
+        let sky = UtmSky::embedded()?;
+        let mut renderer = SkyRenderer::new(&gpu.device, sky.lut(), format)?;
+        let frame = SkyFrame {
+            observer_altitude: Length::from_km(STAGE_PLACE[0]),
+            turbidity: STAGE_PLACE[1],
+            sun: world_direction(
+                Angle::ZERO,
+                Angle::from_degrees(90.0 - STAGE_SUN_ZENITH_DEG),
+            ),
+            up: Vec3::Z,
+            ground_albedo: 0.2,
+            exposure: Exposure::Ev100(14.0),
+            tone: None,
+        };
+        renderer.update(&gpu.queue, &frame)?;
+        renderer.set_camera(&gpu.queue, 0, &Self::camera(size));
+        let [width, height] = size;
+        let scene = SceneBuffers::new(
+            width,
+            (0..height).flat_map(|y| {
+                let distance = if 2 * y >= height { 50.0 } else { 0.0 };
+                (0..width).map(move |_| ([500.0; 3], distance))
+            }),
+        );
+        let scene = bind_scene(gpu, &renderer, &scene, size)?;
+        let mut encoder = gpu
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        renderer.prepare(&mut encoder, Tier::Baked);
+        gpu.queue.submit([encoder.finish()]);
+        Ok(Self {
+            size,
+            view: target.create_view(&wgpu::TextureViewDescriptor::default()),
+            renderer,
+            scene,
         })
-        .collect())
+    }
+
+    /// The camera of a stage.
+    #[must_use]
+    pub fn camera(size: [u32; 2]) -> Camera {
+        let aspect = pixels(size[0]) / pixels(size[1]);
+        let fov = sky_core::extended::single(Angle::from_degrees(60.0).radians());
+        Camera {
+            depth_is_distance: true,
+            ..Camera::perspective(fov, aspect, looking(20.0, 35.0))
+        }
+    }
+
+    /// What draws a case.
+    #[must_use]
+    pub fn draw(&self, case: Case) -> Draw<'_> {
+        Box::new(move |pass| {
+            match case.tier {
+                None => self.renderer.draw_floor(pass, 0),
+                Some(tier) => self.renderer.draw(pass, 0, tier),
+            }
+            if case.composite {
+                self.renderer.composite(pass, 0, &self.scene, true);
+            }
+        })
+    }
+
+    /// Times several things in turn, frame by frame, each up to a number of frames or seconds.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn interleaved(
+        &self,
+        gpu: &Headless,
+        draws: &[Draw<'_>],
+        frames: u32,
+        most_seconds: f64,
+        tick: &dyn Fn(),
+    ) -> Result<Vec<Cost>> {
+        let clock = Clock::new(gpu);
+        let count = f64::from(self.size[0]) * f64::from(self.size[1]);
+        let mut times = vec![Vec::new(); draws.len()];
+        for i in 0..=frames {
+            for (draw, times) in draws.iter().zip(&mut times) {
+                if times.iter().sum::<f64>() * count > most_seconds * 1e9 {
+                    continue;
+                }
+                let ns = clock.time(gpu, |encoder, timing| {
+                    draw(&mut Headless::pass(encoder, &self.view, timing));
+                })?;
+                // the first frame compiles; it counts only where it has used up the time
+                if i > 0 || ns > 0.5e9 * most_seconds {
+                    times.push(ns / count);
+                }
+            }
+            tick();
+        }
+        Ok(times
+            .iter()
+            .filter_map(|t| Statistics::of(t))
+            .map(|s| Cost {
+                median_ns: s.median,
+                p95_ns: s.p95,
+            })
+            .collect())
+    }
 }
 
 /// The GPU's clock, or the wall's where it has none.

@@ -22,7 +22,13 @@ pub fn run(args: &ExportShadersArgs) -> Result<()> {
     create_directory(&args.out)?;
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
     for (name, last) in shader::PROGRAMS {
-        files.extend(translate(name, &shader::program(last), args.target)?);
+        files.extend(translate(name, &shader::program(last, false), args.target)?);
+        let linear = format!("{name}_linear");
+        files.extend(translate(
+            &linear,
+            &shader::program(last, true),
+            args.target,
+        )?);
     }
     let floats = lut.data().iter().flat_map(|v| v.to_le_bytes()).collect();
     files.push(("sky.bin".to_owned(), floats));

@@ -11,7 +11,6 @@ use sky_core::quantity::Angle;
 use sky_core::sky_model::SkyModel as _;
 use sky_core::tonemap::{Tone, encoded, exposure_from_ev100, tone_mapped};
 use sky_core::utm_sky::UtmSky;
-use sky_gpu::headless::Headless;
 use sky_gpu::{Camera, Tier, auto_ev100};
 use sky_sim::optics::{Constituents, OpticsSettings};
 use sky_sim::profile::AtmosphereProfile;
@@ -21,9 +20,7 @@ use crate::evaluate::conditions;
 use crate::files::{OutputFile, create_directory};
 use crate::generate::progress;
 use crate::lut_commands::load;
-use crate::render::{
-    GROUND_ALBEDO, Pixels, Shot, byte, draw_on_cpu, draw_on_gpu, file_bytes, looking,
-};
+use crate::render::{GROUND_ALBEDO, Painter, Pixels, Shot, byte, draw_on_cpu, file_bytes, looking};
 use crate::report::png_address;
 use crate::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
 
@@ -227,8 +224,8 @@ pub fn run(args: &GalleryArgs) -> Result<()> {
     create_directory(&args.out)?;
     let sheet_file = OutputFile::create(&args.out.join("gallery.png"))?;
     let page_file = OutputFile::create(&args.out.join("gallery.html"))?;
-    let gpu = match args.backend {
-        Backend::Gpu => Some(Headless::new()?),
+    let mut painter = match args.backend {
+        Backend::Gpu => Some(Painter::new(sky.clone())?),
         Backend::Cpu => None,
     };
     let bar = progress("panels", PANELS.len());
@@ -243,8 +240,8 @@ pub fn run(args: &GalleryArgs) -> Result<()> {
         let shot = shot(panel);
         let pixels = if panel.kind == Kind::WithoutOzone {
             without_ozone(&sky, &shot)?
-        } else if let Some(gpu) = &gpu {
-            draw_on_gpu(gpu, &sky, &shot)?
+        } else if let Some(painter) = &mut painter {
+            painter.draw(&shot)?
         } else {
             draw_on_cpu(&sky, &shot)?
         };

@@ -54,8 +54,15 @@ pub fn load_grid(choice: &GridChoice) -> Result<Grid> {
         GridChoice::Default => return Ok(Grid::extended()?),
         GridChoice::File(path) => path,
     };
-    let name = path.display();
-    let file: GridFile = toml::from_str(&read_text(path)?).map_err(|e| anyhow!("{name}: {e}"))?;
+    parse_grid(&path.display().to_string(), &read_text(path)?)
+}
+
+/// A grid from the text of a TOML file; `name` goes before messages.
+///
+/// # Errors
+/// When it is no such file, or its axes are wrong or outside what the engines answer for.
+pub fn parse_grid(name: &str, text: &str) -> Result<Grid> {
+    let file: GridFile = toml::from_str(text).map_err(|e| anyhow!("{name}: {e}"))?;
     let axis = |column: &str, unit: &str, nodes: Vec<f64>, [low, high]: [f64; 2]| -> Result<Axis> {
         let axis = Axis::new(unit, nodes).map_err(|e| anyhow!("{name}: {column}: {e}"))?;
         let found = axis.bounds();

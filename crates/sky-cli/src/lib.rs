@@ -5,19 +5,23 @@
 //! be written and on interruption. Out of scope: pixels on a screen.
 
 pub mod args;
+pub mod atlas;
 pub mod atmosphere;
 pub mod beam;
 pub mod bench_gpu;
+pub mod chart;
 pub mod engine;
 pub mod evaluate;
 pub mod export_shaders;
 pub mod extinction;
 pub mod files;
+pub mod fit_stress;
 pub mod gallery;
 pub mod generate;
 pub mod light;
 pub mod lut_commands;
 pub mod map;
+pub mod models;
 pub mod optics;
 pub mod plan;
 pub mod profile;
@@ -28,6 +32,7 @@ pub mod segment;
 pub mod sky;
 pub mod table_io;
 pub mod terrain;
+pub mod tiers;
 pub mod truth;
 
 use std::ffi::OsString;
@@ -79,12 +84,16 @@ fn dispatch(command: &Command) -> anyhow::Result<()> {
         Command::Segment(args) => segment::run(args),
         Command::Render(args) => render::run(args),
         Command::Gallery(args) => gallery::run(args),
+        Command::Chart(args) => chart::run(args),
+        Command::Models => models::run(),
         Command::Light(args) => light::run(args),
         Command::BenchGpu(args) => bench_gpu::run(args),
         Command::ExportShaders(args) => export_shaders::run(args),
         Command::Generate(args) => generate::run(args),
         Command::Plan(args) => plan::run(args),
         Command::Report(args) => report::run(args),
+        Command::Atlas(args) => atlas::run(args),
+        Command::FitStress(args) => fit_stress::run(args),
         Command::Lut(args) => lut_commands::run(args),
     }
 }

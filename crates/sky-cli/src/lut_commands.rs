@@ -3,9 +3,10 @@
 use std::fmt::{Arguments, Write as _};
 use std::path::Path;
 
-use anyhow::{Result, anyhow, bail};
+use anyhow::{Result, anyhow};
 use sky_core::axis::Axis;
 use sky_core::lut::{ErrorQuantiles, Lut};
+use sky_core::utm_sky::EMBEDDED_LUT;
 
 use crate::args::{LutArgs, LutCommand, LutSource};
 use crate::files::{OutputFile, print, read_bytes};
@@ -33,7 +34,9 @@ pub fn run(args: &LutArgs) -> Result<()> {
 /// When the file cannot be read or is no look-up table; the message begins with its name.
 pub fn load(source: &LutSource) -> Result<Lut> {
     match source {
-        LutSource::Embedded => bail!("embedded: no look-up table is built in yet"),
+        LutSource::Embedded => {
+            Lut::decode(EMBEDDED_LUT).map_err(|error| anyhow!("embedded: {error}"))
+        }
         LutSource::File(path) => load_file(path),
     }
 }

@@ -72,13 +72,12 @@ pub fn run(args: &RenderArgs) -> Result<()> {
     let scene = Scene::open(&args.scene)?;
     let shot = shot(args, &scene.conditions, is_exr);
     let out = OutputFile::create(&args.out)?;
+    let source = scene.source.clone();
     let pixels = match args.backend {
         Backend::Cpu => draw_on_cpu(&scene.sky, &shot),
-        Backend::Gpu => Headless::new()
-            .map_err(Into::into)
-            .and_then(|gpu| draw_on_gpu(&gpu, &scene.sky, &shot)),
+        Backend::Gpu => Painter::new(scene.sky).and_then(|mut painter| painter.draw(&shot)),
     }
-    .with_context(|| scene.source.clone())
+    .with_context(|| source)
     .map_err(|e| anyhow!("{e:#}"))?;
     out.commit(&file_bytes(&pixels, shot.size)?)?;
     Ok(())
@@ -267,59 +266,84 @@ fn scene_buffers(picture: &Picture, shot: &Shot, axes: [Vec3; 3]) -> Option<Scen
     }
 }
 
-/// The pixels by the GPU.
-///
-/// # Errors
-/// When the conditions lie outside the domain, the size cannot be drawn or the device is lost.
-pub fn draw_on_gpu(gpu: &Headless, sky: &UtmSky, shot: &Shot) -> Result<Pixels> {
-    let format = if shot.tone.is_some() {
-        wgpu::TextureFormat::Rgba8Unorm
-    } else {
-        wgpu::TextureFormat::Rgba32Float
-    };
-    let target = gpu.target(shot.size, format)?;
-    let mut renderer = SkyRenderer::new(&gpu.device, sky.lut(), format)?;
-    let frame = shot.frame();
-    let picture = renderer.update(&gpu.queue, &frame)?;
-    let scene = scene_buffers(picture, shot, frame.local_axes());
-    if let Tier::Vertex(dome) = shot.tier {
-        renderer.set_dome(dome);
+/// Draws by the GPU; pipelines are made once for a kind of target.
+#[derive(Debug)]
+pub struct Painter {
+    gpu: Headless,
+    sky: UtmSky,
+    /// For 8-bit sRGB and for linear light.
+    renderers: [Option<SkyRenderer>; 2],
+}
+
+impl Painter {
+    /// Opens a GPU.
+    ///
+    /// # Errors
+    /// When there is none.
+    pub fn new(sky: UtmSky) -> Result<Self> {
+        Ok(Self {
+            gpu: Headless::new()?,
+            sky,
+            renderers: [None, None],
+        })
     }
-    renderer.set_camera(&gpu.queue, 0, &shot.camera);
-    let view = target.create_view(&wgpu::TextureViewDescriptor::default());
-    let bound = scene
-        .as_ref()
-        .filter(|_| shot.aerial)
-        .map(|scene| bind_scene(gpu, &renderer, scene, shot.size))
-        .transpose()?;
-    let mut encoder = gpu
-        .device
-        .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    renderer.prepare(&mut encoder, shot.tier);
-    let mut pass = Headless::pass(&mut encoder, &view, None);
-    renderer.draw(&mut pass, 0, shot.tier);
-    if let Some(bound) = &bound {
-        renderer.composite(&mut pass, 0, bound);
+
+    /// The pixels of a picture.
+    ///
+    /// # Errors
+    /// When the conditions lie outside the domain, the size cannot be drawn or the device is lost.
+    pub fn draw(&mut self, shot: &Shot) -> Result<Pixels> {
+        let gpu = &self.gpu;
+        let (place, format) = match shot.tone {
+            Some(_) => (0, wgpu::TextureFormat::Rgba8Unorm),
+            None => (1, wgpu::TextureFormat::Rgba32Float),
+        };
+        let target = gpu.target(shot.size, format)?;
+        let renderer = match &mut self.renderers[place] {
+            Some(renderer) => renderer,
+            empty => empty.insert(SkyRenderer::new(&gpu.device, self.sky.lut(), format)?),
+        };
+        let frame = shot.frame();
+        let picture = renderer.update(&gpu.queue, &frame)?;
+        let scene = scene_buffers(picture, shot, frame.local_axes());
+        if let Tier::Vertex(dome) = shot.tier {
+            renderer.set_dome(dome);
+        }
+        renderer.set_camera(&gpu.queue, 0, &shot.camera);
+        let view = target.create_view(&wgpu::TextureViewDescriptor::default());
+        let bound = scene
+            .as_ref()
+            .map(|scene| bind_scene(gpu, renderer, scene, shot.size))
+            .transpose()?;
+        let mut encoder = gpu
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        renderer.prepare(&mut encoder, shot.tier);
+        let mut pass = Headless::pass(&mut encoder, &view, None);
+        renderer.draw(&mut pass, 0, shot.tier);
+        if let Some(bound) = &bound {
+            renderer.composite(&mut pass, 0, bound, shot.aerial);
+        }
+        drop(pass);
+        gpu.queue.submit([encoder.finish()]);
+        let bytes = gpu.read(&target)?;
+        Ok(if shot.tone.is_some() {
+            Pixels::Srgb8(
+                bytes
+                    .chunks_exact(4)
+                    .flat_map(|p| [p[0], p[1], p[2]])
+                    .collect(),
+            )
+        } else {
+            let number = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
+            Pixels::Linear(
+                bytes
+                    .chunks_exact(16)
+                    .flat_map(|p| [number(&p[..4]), number(&p[4..8]), number(&p[8..12])])
+                    .collect(),
+            )
+        })
     }
-    drop(pass);
-    gpu.queue.submit([encoder.finish()]);
-    let bytes = gpu.read(&target)?;
-    Ok(if shot.tone.is_some() {
-        Pixels::Srgb8(
-            bytes
-                .chunks_exact(4)
-                .flat_map(|p| [p[0], p[1], p[2]])
-                .collect(),
-        )
-    } else {
-        let number = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
-        Pixels::Linear(
-            bytes
-                .chunks_exact(16)
-                .flat_map(|p| [number(&p[..4]), number(&p[4..8]), number(&p[8..12])])
-                .collect(),
-        )
-    })
 }
 
 /// Uploads a scene's light and distances.

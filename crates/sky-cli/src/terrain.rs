@@ -112,7 +112,7 @@ fn march(altitude_km: f32, direction: Vec3) -> Option<(f32, Ground)> {
         if clearance <= 0.0 {
             return Some(refine(start, direction, distance - step, distance));
         }
-        step = (0.35 * clearance).max(0.004 + 0.0015 * distance);
+        step = (0.4 * clearance).max(0.004 + 0.005 * distance);
         distance += step;
     }
     None
@@ -175,8 +175,8 @@ fn ridges(east: f32, north: f32) -> f32 {
         amplitude *= 0.48;
         (x, y) = (1.6 * x + 1.2 * y, 1.6 * y - 1.2 * x);
     }
-    let lift = 0.5 + 0.5 * noise(east / 130.0, north / 130.0, 31);
-    HIGHEST_KM * (sum * lift * lift - 0.08).clamp(0.0, 1.0)
+    let lift = (0.6 + 0.9 * noise(east / 130.0, north / 130.0, 31)).clamp(0.1, 1.0);
+    HIGHEST_KM * (1.2 * sum * lift - 0.12).clamp(0.0, 1.0)
 }
 
 /// Smooth noise, −1..1.
@@ -185,9 +185,8 @@ fn noise(x: f32, y: f32, seed: u8) -> f32 {
     let (u, v) = (x - cell_x, y - cell_y);
     let fade = |t: f32| t * t * t * (t * (6.0 * t - 15.0) + 10.0);
     let corner = |dx: f32, dy: f32| {
-        let h = hash(cell_x + dx, cell_y + dy, seed);
-        let angle = h * core::f32::consts::TAU;
-        angle.cos() * (u - dx) + angle.sin() * (v - dy)
+        let [gx, gy] = GRADIENTS[hash(cell_x + dx, cell_y + dy, seed)];
+        gx * (u - dx) + gy * (v - dy)
     };
     let (a, b, c, d) = (
         corner(0.0, 0.0),
@@ -199,8 +198,20 @@ fn noise(x: f32, y: f32, seed: u8) -> f32 {
     1.5 * (a + u * (b - a) + v * ((c + u * (d - c)) - (a + u * (b - a))))
 }
 
-/// A number in 0..1 from a cell.
-fn hash(x: f32, y: f32, seed: u8) -> f32 {
+/// Directions of the slopes at the corners of the noise.
+const GRADIENTS: [[f32; 2]; 8] = [
+    [1.0, 0.0],
+    [0.7, 0.7],
+    [0.0, 1.0],
+    [-0.7, 0.7],
+    [-1.0, 0.0],
+    [-0.7, -0.7],
+    [0.0, -1.0],
+    [0.7, -0.7],
+];
+
+/// One of eight from a cell.
+fn hash(x: f32, y: f32, seed: u8) -> usize {
     let mut h = x
         .to_bits()
         .wrapping_mul(0x9E37_79B1)
@@ -208,6 +219,5 @@ fn hash(x: f32, y: f32, seed: u8) -> f32 {
         .wrapping_add(u32::from(seed).wrapping_mul(0xC2B2_AE3D));
     h = (h ^ (h >> 15)).wrapping_mul(0x2C1B_3C6D);
     h = (h ^ (h >> 12)).wrapping_mul(0x297A_2D39);
-    h ^= h >> 15;
-    u16::try_from(h >> 16).map_or(0.0, f32::from) / 65536.0
+    (h >> 29) as usize
 }

@@ -21,7 +21,7 @@ use crate::sky_model::{Conditions, OutsideDomain};
 use crate::utm_sky::{SkyFrame, UtmSky, angle_from_sun, haze_coordinate, two_in};
 
 /// Sections of a path, shorter near its lower end, where the haze is.
-const SECTIONS: u8 = 4;
+pub const SECTIONS: u8 = 4;
 
 /// Sections of a path to space.
 const SPACE_SECTIONS: u8 = 8;
@@ -219,7 +219,8 @@ impl AerialFrame {
                 (upper, upper_sky) = (lower, lower_sky);
             }
         }
-        let rise = distance_km - lowest;
+        // beyond the air a section would only lose its places in the air
+        let rise = (distance_km - lowest).min(distance_to_top(bottom));
         if rise > 0.0 {
             let section = self.rising_depth(bottom, rise, SECTIONS);
             let end = along(bottom, rise);
@@ -473,6 +474,16 @@ fn along(start: Place, distance_km: f32) -> Place {
         altitude_km: start.altitude_km + rise / (there + radius),
         cosine: ((distance_km + radius * start.cosine) / there).clamp(-1.0, 1.0),
     }
+}
+
+/// Distance at which a rising ray passes the highest level; not positive above it.
+fn distance_to_top(bottom: Place) -> f32 {
+    let radius = RADIUS_KM + bottom.altitude_km;
+    let up = single(LEVEL_STEP_KM) * (LEVELS - 1) as f32 - bottom.altitude_km;
+    // the root of d² + 2 d r cos θ = up (up + 2 r), without cancellation
+    let half = radius * bottom.cosine.max(0.0);
+    let product = up * (up + 2.0 * radius);
+    product / (half + (half * half + product).max(0.0).sqrt()).max(1e-6)
 }
 
 /// Mean along a section of a density whose logarithm has given values at start, middle and end.

@@ -13,10 +13,15 @@ use crate::color::{
 use crate::direction::{SkyDirection, horizon_zenith};
 use crate::extended::{self, Coefficients, Radii, angle, single};
 use crate::lut::{Form, Interpolation, Lut, LutError};
+use crate::quantity::Angle;
 use crate::sky_model::{Conditions, Domain, OutsideDomain, SkyModel, Yxy};
 
 /// Bytes of the default table, `luts/default.utmlut`.
 pub const EMBEDDED_LUT: &[u8] = include_bytes!("../../../luts/default.utmlut");
+
+/// Distance of the lowest ring that tables of the extended form are fitted to from the geometric
+/// horizon \[deg\]. Below it the sky is that ring's: the formula is not made to go on.
+pub const LOWEST_RING_DEG: f64 = 0.25;
 
 /// Values of a channel at a node of the Perez forms: zenith, A–E.
 pub const PEREZ_TERMS: usize = 6;
@@ -40,6 +45,7 @@ pub struct SkyFrame {
     sin_sun: f32,
     cos_sun: f32,
     cos_horizon: f32,
+    cos_lowest: f32,
 }
 
 /// The formula of a frame with its coefficients.
@@ -149,12 +155,14 @@ impl UtmSky {
         }
         let (sin_sun, cos_sun) = conditions.sun_zenith.radians().sin_cos();
         let horizon = horizon_zenith(conditions.observer_altitude);
+        let lowest_ring = Angle::from_degrees(LOWEST_RING_DEG);
         Ok(SkyFrame {
             formula,
             radii: Radii::at(conditions.observer_altitude),
             sin_sun: single(sin_sun),
             cos_sun: single(cos_sun),
             cos_horizon: single(horizon.radians().cos()),
+            cos_lowest: single((horizon.radians() - lowest_ring.radians()).cos()),
         })
     }
 }
@@ -242,7 +250,7 @@ impl SkyFrame {
         Some(match &self.formula {
             Formula::Extended(coefficients) => extended::light(
                 coefficients,
-                &extended::basis(cosine, self.radii, gamma, mu),
+                &extended::basis(cosine.max(self.cos_lowest), self.radii, gamma, mu),
             ),
             Formula::Perez(perez) => {
                 let air_mass = if perez.plane_parallel {
@@ -277,6 +285,12 @@ impl SkyFrame {
     #[must_use]
     pub const fn sun(&self) -> [f32; 2] {
         [self.sin_sun, self.cos_sun]
+    }
+
+    /// Cosine of the zenith angle of the lowest ring that the table was fitted to.
+    #[must_use]
+    pub const fn cos_lowest(&self) -> f32 {
+        self.cos_lowest
     }
 
     /// Cosine of the geometric horizon's zenith angle.

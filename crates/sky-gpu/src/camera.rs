@@ -150,6 +150,13 @@ impl Camera {
         }
     }
 
+    /// From clip space to the frame of the given axes in the world.
+    #[must_use]
+    pub fn clip_to_local(&self, axes: [Vec3; 3]) -> Mat4 {
+        let local = Mat3::from_cols(axes[0], axes[1], axes[2]).transpose();
+        Mat4::from_mat3(local) * self.uniform(axes, Dome::REPORT).clip_to_world
+    }
+
     /// The world direction of a place in the picture, −1..1 to the right and up; `None` outside a
     /// fisheye's disc. The twin of the shader's.
     #[must_use]

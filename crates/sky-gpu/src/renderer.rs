@@ -18,7 +18,9 @@ pub const MOST_VIEWS: u32 = 8;
 /// Distance between the uniforms of two cameras: WebGPU's largest alignment.
 const VIEW_STRIDE: u64 = 256;
 /// Texels of the baked sky, as in `baked.wgsl`.
-const BAKED_SIZE: [u32; 2] = [128, 160];
+const BAKED_SIZE: [u32; 2] = [160, 192];
+/// Rows of the ground, as in `baked.wgsl`.
+const BAKED_GROUND: u32 = 40;
 /// Luminance that the baked sky's mean is scaled to: far from both ends of a half float.
 const BAKED_MEAN: f32 = 16.0;
 /// Steps of altitude \[km\], logarithm of turbidity and sun zenith \[rad\] that a baked sky may lag
@@ -64,7 +66,7 @@ pub struct SkyFrame {
     pub ground_albedo: f32,
     /// The exposure.
     pub exposure: Exposure,
-    /// The tone curve; `None` leaves linear light for a float target.
+    /// The tone curve of an 8-bit target; float targets take linear light.
     pub tone: Option<Tone>,
 }
 
@@ -121,9 +123,11 @@ struct Pipelines {
     fragment: [wgpu::RenderPipeline; 2],
     baked: [wgpu::RenderPipeline; 2],
     dome: wgpu::RenderPipeline,
-    composite: wgpu::RenderPipeline,
+    /// With and without air.
+    composite: [wgpu::RenderPipeline; 2],
     floor: wgpu::RenderPipeline,
-    bake: wgpu::RenderPipeline,
+    /// Of the ground's rows and of the sky's.
+    bake: [wgpu::RenderPipeline; 2],
 }
 
 /// Draws the sky of a table.
@@ -145,7 +149,8 @@ pub struct SkyRenderer {
     dome: Dome,
     picture: Option<Picture>,
     baked_for: Option<Baked>,
-    must_bake: bool,
+    /// Whether the ground's rows and the sky's have fallen behind.
+    must_bake: [bool; 2],
     local: [Vec3; 3],
 }
 
@@ -210,15 +215,15 @@ impl SkyRenderer {
             }],
         });
         let (baked_view, baked_group) = baked_texture(device, &layouts.baked);
-        let is_float = matches!(
-            target_format,
-            wgpu::TextureFormat::Rgba16Float | wgpu::TextureFormat::Rgba32Float
-        );
         Ok(Self {
             sky,
             pipelines,
             target_encodes: target_format.is_srgb(),
-            dither: if is_float { 0.0 } else { 1.0 / 255.0 },
+            dither: if is_float(target_format) {
+                0.0
+            } else {
+                1.0 / 255.0
+            },
             sky_uniform,
             aerial_uniform,
             views,
@@ -231,7 +236,7 @@ impl SkyRenderer {
             dome: Dome::REPORT,
             picture: None,
             baked_for: None,
-            must_bake: false,
+            must_bake: [false; 2],
             local: [Vec3::X, Vec3::Y, Vec3::Z],
         })
     }
@@ -265,7 +270,7 @@ impl SkyRenderer {
             |baked| baked.scale,
         );
         if stays.is_none() {
-            self.must_bake = true;
+            self.must_bake = [true; 2];
             self.baked_for = Some(Baked {
                 place,
                 ground: picture.light.ground,
@@ -287,7 +292,7 @@ impl SkyRenderer {
             let display = self.display(frame, picture);
             let uniform = SkyUniform::new(picture, self.local, display, 1.0, true);
             queue.write_buffer(&self.sky_uniform, 0, bytemuck::bytes_of(&uniform));
-            self.must_bake = true;
+            self.must_bake = [true; 2];
             if let Some(baked) = &mut self.baked_for {
                 baked.outside = true;
             }
@@ -301,7 +306,7 @@ impl SkyRenderer {
                 Exposure::Ev100(ev100) => exposure_from_ev100(ev100),
                 Exposure::Auto => exposure_from_ev100(auto_ev100(picture)),
             },
-            tone: frame.tone.map_or(-1.0, Tone::index),
+            tone: frame.tone.unwrap_or_default().index(),
             dither: self.dither,
             target_encodes: self.target_encodes,
         }
@@ -327,12 +332,21 @@ impl SkyRenderer {
         self.dome = dome;
     }
 
-    /// Bakes the sky's texture if it is wanted and has fallen behind. Once a frame, before the pass.
+    /// Bakes what the tier takes from the texture, where it has fallen behind: the ground, and for
+    /// the tier `baked` the sky. Once a frame, before the pass.
     pub fn prepare(&mut self, encoder: &mut wgpu::CommandEncoder, tier: Tier) {
-        if tier != Tier::Baked || !self.must_bake {
+        let wanted = match tier {
+            Tier::Vertex(_) => [false, false],
+            Tier::Fragment => [true, false],
+            Tier::Baked => [true, true],
+        };
+        let rows = [
+            [0, BAKED_GROUND],
+            [BAKED_GROUND, BAKED_SIZE[1] - BAKED_GROUND],
+        ];
+        if !(0..2).any(|part| wanted[part] && self.must_bake[part]) {
             return;
         }
-        self.must_bake = false;
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("bake the sky"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
@@ -340,7 +354,7 @@ impl SkyRenderer {
                 depth_slice: None,
                 resolve_target: None,
                 ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                    load: wgpu::LoadOp::Load,
                     store: wgpu::StoreOp::Store,
                 },
             })],
@@ -349,9 +363,15 @@ impl SkyRenderer {
             occlusion_query_set: None,
             multiview_mask: None,
         });
-        pass.set_pipeline(&self.pipelines.bake);
-        self.bind(&mut pass, 0);
-        pass.draw(0..3, 0..1);
+        for part in 0..2 {
+            if wanted[part] && self.must_bake[part] {
+                self.must_bake[part] = false;
+                pass.set_pipeline(&self.pipelines.bake[part]);
+                self.bind(&mut pass, 0);
+                pass.set_scissor_rect(0, rows[part][0], BAKED_SIZE[0], rows[part][1]);
+                pass.draw(0..3, 0..1);
+            }
+        }
     }
 
     fn bind(&self, pass: &mut wgpu::RenderPass<'_>, view: u32) {
@@ -370,7 +390,7 @@ impl SkyRenderer {
         };
         pass.set_pipeline(pipeline);
         self.bind(pass, view);
-        if tier == Tier::Baked {
+        if !matches!(tier, Tier::Vertex(_)) {
             pass.set_bind_group(2, &self.baked_group, &[]);
         }
         pass.draw(0..vertices, 0..1);
@@ -408,8 +428,15 @@ impl SkyRenderer {
     }
 
     /// Lays the air over a scene, pixel by pixel, and displays it; the sky's pixels are left alone.
-    pub fn composite(&self, pass: &mut wgpu::RenderPass<'_>, view: u32, scene: &wgpu::BindGroup) {
-        pass.set_pipeline(&self.pipelines.composite);
+    /// Without `air` the scene is displayed as it is.
+    pub fn composite(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        view: u32,
+        scene: &wgpu::BindGroup,
+        air: bool,
+    ) {
+        pass.set_pipeline(&self.pipelines.composite[usize::from(!air)]);
         self.bind(pass, view);
         pass.set_bind_group(2, scene, &[]);
         pass.draw(0..3, 0..1);
@@ -433,10 +460,11 @@ fn mean(picture: &Picture) -> [f32; 3] {
         .map(|c| c / core::f32::consts::PI)
 }
 
-/// The exposure value for a picture's sky.
+/// The exposure value that brings the mean of a picture's sky to middle gray, 0.18.
 #[must_use]
 pub fn auto_ev100(picture: &Picture) -> f32 {
-    ev100_from_luminance(luminance(mean(picture)))
+    // a meter's answer brings it to 0.104
+    ev100_from_luminance(luminance(mean(picture))) - 0.79
 }
 
 struct Layouts {
@@ -491,13 +519,13 @@ impl Layouts {
 
 impl Pipelines {
     fn new(device: &wgpu::Device, layouts: &Layouts, target: wgpu::TextureFormat) -> Self {
-        let module = |(name, last): (&str, Option<shader::Part>)| {
+        let module = |(name, last): (&str, shader::Part)| {
             device.create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some(name),
-                source: wgpu::ShaderSource::Wgsl(shader::program(last).into()),
+                source: wgpu::ShaderSource::Wgsl(shader::program(last, is_float(target)).into()),
             })
         };
-        let [sky, baked, dome, composite] = shader::PROGRAMS.map(module);
+        let [sky, dome, composite] = shader::PROGRAMS.map(module);
         let pipeline = |module: &wgpu::ShaderModule,
                         third: Option<&wgpu::BindGroupLayout>,
                         [vertex, fragment]: [&str; 2],
@@ -540,15 +568,24 @@ impl Pipelines {
         let (tex, scene) = (Some(&layouts.baked), Some(&layouts.scene));
         Self {
             fragment: ["sky_fragment", "sky_panorama"]
-                .map(|f| pipeline(&sky, None, screen(f), target)),
-            baked: ["baked_sky_fragment", "baked_panorama"]
-                .map(|f| pipeline(&baked, tex, screen(f), target)),
+                .map(|f| pipeline(&sky, tex, screen(f), target)),
+            baked: ["baked_fragment", "baked_panorama"]
+                .map(|f| pipeline(&sky, tex, screen(f), target)),
             dome: pipeline(&dome, None, ["dome_vertex", "dome_fragment"], target),
-            composite: pipeline(&composite, scene, screen("composite_fragment"), target),
+            composite: ["composite_fragment", "scene_fragment"]
+                .map(|f| pipeline(&composite, scene, screen(f), target)),
             floor: pipeline(&sky, None, screen("floor_fragment"), target),
-            bake: pipeline(&baked, None, screen("bake_fragment"), half),
+            bake: ["bake_ground", "bake_sky"].map(|f| pipeline(&sky, None, screen(f), half)),
         }
     }
+}
+
+/// Whether a target takes light in place of a picture.
+const fn is_float(target: wgpu::TextureFormat) -> bool {
+    matches!(
+        target,
+        wgpu::TextureFormat::Rgba16Float | wgpu::TextureFormat::Rgba32Float
+    )
 }
 
 fn baked_texture(

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec3};
-use sky_core::aerial::{AerialFrame, MOST_LAYERS};
+use sky_core::aerial::{AerialFrame, MOST_LAYERS, SECTIONS};
 use sky_core::extended::Coefficients;
 use sky_core::extended::TERMS;
 use sky_core::extinction::LEVELS;
@@ -53,7 +53,7 @@ pub(crate) struct ViewUniform {
 pub(crate) struct DisplaySettings {
     /// Multiplies light \[m²·cd⁻¹\].
     pub(crate) exposure: f32,
-    /// Number of the tone curve; −1 leaves light linear.
+    /// Number of the tone curve.
     pub(crate) tone: f32,
     /// One over the target's levels; 0 for none.
     pub(crate) dither: f32,
@@ -105,7 +105,12 @@ impl SkyUniform {
                 display.dither,
                 flag(display.target_encodes),
             ],
-            debug: [flag(outside_domain), baked_scale, baked_scale.recip(), 0.0],
+            debug: [
+                flag(outside_domain),
+                baked_scale,
+                baked_scale.recip(),
+                picture.sky.cos_lowest(),
+            ],
         }
     }
 }
@@ -121,7 +126,12 @@ impl AerialUniform {
             per_km: air.per_km,
             weights: air.weights,
             levels: air.levels,
-            counts: [layers, air.haze_per_scale_height, 0.0, 0.0],
+            counts: [
+                layers,
+                air.haze_per_scale_height,
+                SECTIONS.into(),
+                f32::from(SECTIONS) + 3.0,
+            ],
             sun: [air.sun[0], air.sun[1], 0.0, 0.0],
         }
     }

@@ -22,7 +22,7 @@ const INK: RGBColor = RGBColor(1, 2, 3);
 const INK_SVG: &str = "#010203";
 
 /// Colors of series, legible on white and on black (after Okabe & Ito 2008).
-pub(super) const SERIES_COLORS: [RGBColor; 8] = [
+pub(crate) const SERIES_COLORS: [RGBColor; 8] = [
     RGBColor(30, 120, 200),
     RGBColor(225, 115, 20),
     RGBColor(20, 155, 110),
@@ -35,7 +35,7 @@ pub(super) const SERIES_COLORS: [RGBColor; 8] = [
 
 /// An axis: its caption with unit, range and ticks.
 #[derive(Clone, Debug)]
-pub(super) struct Scale {
+pub(crate) struct Scale {
     caption: String,
     range: [f64; 2],
     logarithmic: bool,
@@ -45,7 +45,7 @@ pub(super) struct Scale {
 
 impl Scale {
     /// A linear axis over the values (finite ones), widened to whole ticks.
-    pub(super) fn linear(caption: &str, values: impl IntoIterator<Item = f64>) -> Self {
+    pub(crate) fn linear(caption: &str, values: impl IntoIterator<Item = f64>) -> Self {
         let [low, high] = extent(values);
         let step = tick_step(high - low);
         let range = [(low / step).floor() * step, (high / step).ceil() * step];
@@ -53,7 +53,7 @@ impl Scale {
     }
 
     /// A linear axis over a fixed range.
-    pub(super) fn linear_from(caption: &str, range: [f64; 2]) -> Self {
+    pub(crate) fn linear_from(caption: &str, range: [f64; 2]) -> Self {
         let step = tick_step(range[1] - range[0]);
         let mut ticks = Vec::new();
         let mut n = (range[0] / step - 1e-9).ceil();
@@ -71,7 +71,7 @@ impl Scale {
     }
 
     /// A logarithmic axis over the positive values, at most `decades` down from the largest.
-    pub(super) fn logarithmic(
+    pub(crate) fn logarithmic(
         caption: &str,
         values: impl IntoIterator<Item = f64>,
         decades: f64,
@@ -130,7 +130,7 @@ impl Scale {
     }
 
     /// A linear axis from the first to the last tick, each with its own label.
-    pub(super) fn labeled(caption: &str, ticks: &[(f64, String)]) -> Self {
+    pub(crate) fn labeled(caption: &str, ticks: &[(f64, String)]) -> Self {
         let first = ticks.first().map_or(0.0, |t| t.0);
         let last = ticks.last().map_or(1.0, |t| t.0);
         Self {
@@ -143,7 +143,7 @@ impl Scale {
     }
 
     /// Where the axis begins.
-    pub(super) const fn low(&self) -> f64 {
+    pub(crate) const fn low(&self) -> f64 {
         self.range[0]
     }
 
@@ -277,7 +277,7 @@ impl ValueFormatter<f64> for Scale {
 }
 
 /// A number in few characters: plain between 0.001 and 100 000, else with a power of ten.
-pub(super) fn short(value: f64) -> String {
+pub(crate) fn short(value: f64) -> String {
     let size = value.abs();
     if size < 1e-12 {
         return "0".to_owned();
@@ -308,7 +308,7 @@ pub(super) fn short(value: f64) -> String {
 
 /// How a series is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Stroke {
+pub(crate) enum Stroke {
     /// A line.
     Solid,
     /// A dashed line.
@@ -319,19 +319,19 @@ pub(super) enum Stroke {
 
 /// A line of a chart.
 #[derive(Clone, Debug)]
-pub(super) struct Series {
+pub(crate) struct Series {
     /// For the legend; empty for none.
-    pub(super) name: String,
+    pub(crate) name: String,
     /// x, y.
-    pub(super) points: Vec<[f64; 2]>,
+    pub(crate) points: Vec<[f64; 2]>,
     /// Color; `None` for ink.
-    pub(super) color: Option<RGBColor>,
+    pub(crate) color: Option<RGBColor>,
     /// Line or dots.
-    pub(super) stroke: Stroke,
+    pub(crate) stroke: Stroke,
 }
 
 impl Series {
-    pub(super) fn new(name: impl Into<String>, color: usize, points: Vec<[f64; 2]>) -> Self {
+    pub(crate) fn new(name: impl Into<String>, color: usize, points: Vec<[f64; 2]>) -> Self {
         Self {
             name: name.into(),
             points,
@@ -340,12 +340,12 @@ impl Series {
         }
     }
 
-    pub(super) fn stroked(mut self, stroke: Stroke) -> Self {
+    pub(crate) fn stroked(mut self, stroke: Stroke) -> Self {
         self.stroke = stroke;
         self
     }
 
-    pub(super) fn in_ink(mut self) -> Self {
+    pub(crate) fn in_ink(mut self) -> Self {
         self.color = None;
         self
     }
@@ -353,28 +353,28 @@ impl Series {
 
 /// A word at a place of a chart.
 #[derive(Clone, Debug)]
-pub(super) struct Note {
+pub(crate) struct Note {
     /// The word.
-    pub(super) text: String,
+    pub(crate) text: String,
     /// x, y.
-    pub(super) at: [f64; 2],
+    pub(crate) at: [f64; 2],
 }
 
 /// A chart of lines.
 #[derive(Clone, Debug)]
-pub(super) struct Chart {
+pub(crate) struct Chart {
     /// Heading above it.
-    pub(super) title: String,
+    pub(crate) title: String,
     /// Horizontal axis.
-    pub(super) x: Scale,
+    pub(crate) x: Scale,
     /// Vertical axis.
-    pub(super) y: Scale,
+    pub(crate) y: Scale,
     /// Lines.
-    pub(super) series: Vec<Series>,
+    pub(crate) series: Vec<Series>,
     /// Words.
-    pub(super) notes: Vec<Note>,
+    pub(crate) notes: Vec<Note>,
     /// Shown size \[px\].
-    pub(super) size: [u32; 2],
+    pub(crate) size: [u32; 2],
 }
 
 fn drawing_error(error: impl std::fmt::Display) -> anyhow::Error {
@@ -405,7 +405,7 @@ fn cut_head(svg: &str, size: [u32; 2], title: &str) -> String {
 
 impl Chart {
     /// The chart with its heading and legend.
-    pub(super) fn html(&self) -> Result<String> {
+    pub(crate) fn html(&self) -> Result<String> {
         let mut svg = String::new();
         self.draw(&mut svg)?;
         Ok(format!(
@@ -583,26 +583,34 @@ fn clipped(points: &[[f64; 2]], x: &Scale, y: &Scale) -> Vec<Vec<[f64; 2]>> {
 
 /// A table of values as colors.
 #[derive(Clone, Debug)]
-pub(super) struct HeatMap {
+pub(crate) struct HeatMap {
     /// Heading above it.
-    pub(super) title: String,
+    pub(crate) title: String,
     /// Caption and labels of the columns.
-    pub(super) x: (String, Vec<String>),
+    pub(crate) x: (String, Vec<String>),
     /// Caption and labels of the rows, from below.
-    pub(super) y: (String, Vec<String>),
+    pub(crate) y: (String, Vec<String>),
     /// Row by row from below; NaN for no value.
-    pub(super) values: Vec<f64>,
+    pub(crate) values: Vec<f64>,
     /// Value of the last color.
-    pub(super) full_scale: f64,
+    pub(crate) full_scale: f64,
     /// Shown size \[px\].
-    pub(super) size: [u32; 2],
+    pub(crate) size: [u32; 2],
 }
 
 impl HeatMap {
     /// The map with its heading; [`color_bar`] belongs to it.
-    pub(super) fn html(&self) -> Result<String> {
+    pub(crate) fn html(&self) -> Result<String> {
+        self.html_colored(|i| {
+            let value = self.values[i];
+            (!value.is_nan()).then(|| heat_color(value / self.full_scale))
+        })
+    }
+
+    /// The map in other colors, by the index of a value; `None` leaves a cell empty.
+    pub(crate) fn html_colored(&self, color: impl Fn(usize) -> Option<[u8; 3]>) -> Result<String> {
         let mut svg = String::new();
-        self.draw(&mut svg)?;
+        self.draw(&mut svg, color)?;
         Ok(format!(
             "<figure class=\"chart\"><figcaption>{}</figcaption>{}</figure>\n",
             escape(&self.title),
@@ -610,7 +618,7 @@ impl HeatMap {
         ))
     }
 
-    fn draw(&self, svg: &mut String) -> Result<()> {
+    fn draw(&self, svg: &mut String, color: impl Fn(usize) -> Option<[u8; 3]>) -> Result<()> {
         let size = (self.size[0] * ZOOM, self.size[1] * ZOOM);
         let columns = self.x.1.len();
         let room_x = usize::try_from(self.size[0].saturating_sub(70) / 26).unwrap_or(1);
@@ -639,11 +647,10 @@ impl HeatMap {
             .axis_desc_style(font(11.0))
             .draw()
             .map_err(drawing_error)?;
-        let cells = self.values.iter().enumerate().filter(|(_, v)| !v.is_nan());
+        let cells = (0..self.values.len()).filter_map(|i| color(i).map(|c| (i, c)));
         chart
-            .draw_series(cells.map(|(i, value)| {
+            .draw_series(cells.map(|(i, [r, g, b])| {
                 let (column, row) = (index(i % columns), index(i / columns));
-                let [r, g, b] = heat_color(value / self.full_scale);
                 Rectangle::new(
                     [(column - 0.5, row - 0.5), (column + 0.5, row + 0.5)],
                     RGBColor(r, g, b).filled(),
@@ -671,7 +678,7 @@ const HEAT: [[u8; 3]; 9] = [
 ];
 
 /// Color of a share of the full scale; beyond it, near white.
-pub(super) fn heat_color(share: f64) -> [u8; 3] {
+pub(crate) fn heat_color(share: f64) -> [u8; 3] {
     if !share.is_finite() || share > 1.0 {
         return [252, 255, 220];
     }
@@ -688,7 +695,7 @@ pub(super) fn heat_color(share: f64) -> [u8; 3] {
 }
 
 /// The scale of [`heat_color`], from 0 to the full scale.
-pub(super) fn color_bar(full_scale: f64, unit: &str) -> String {
+pub(crate) fn color_bar(full_scale: f64, unit: &str) -> String {
     let stops: Vec<String> = HEAT
         .iter()
         .map(|[r, g, b]| format!("rgb({r},{g},{b})"))

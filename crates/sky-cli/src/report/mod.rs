@@ -12,9 +12,9 @@
 
 pub mod appendix_a;
 mod cells;
-mod chart;
+pub(crate) mod chart;
 mod long_table;
-mod page;
+pub(crate) mod page;
 mod physics;
 pub(crate) mod picture;
 pub(crate) use picture::png_address;

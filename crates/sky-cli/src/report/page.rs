@@ -1,7 +1,7 @@
 //! The page's frame: style sheet, escaping, tables. Nothing on the page comes from elsewhere.
 
 /// Text for HTML.
-pub(super) fn escape(text: &str) -> String {
+pub(crate) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {
@@ -16,7 +16,7 @@ pub(super) fn escape(text: &str) -> String {
 }
 
 /// A table; the cells are HTML. Columns after the first `left` are set to the right.
-pub(super) fn table(head: &[&str], rows: &[Vec<String>], left: usize) -> String {
+pub(crate) fn table(head: &[&str], rows: &[Vec<String>], left: usize) -> String {
     let class = |i: usize| if i < left { "" } else { " class=\"n\"" };
     let mut out = String::from("<div class=\"scroll\"><table><thead><tr>");
     for (i, cell) in head.iter().enumerate() {
@@ -77,17 +77,17 @@ code{font-size:13px;overflow-wrap:anywhere}
 
 /// A section of the page.
 #[derive(Clone, Debug)]
-pub(super) struct Section {
+pub(crate) struct Section {
     /// Anchor.
-    pub(super) id: &'static str,
+    pub(crate) id: &'static str,
     /// Heading.
-    pub(super) title: &'static str,
+    pub(crate) title: &'static str,
     /// HTML.
-    pub(super) body: String,
+    pub(crate) body: String,
 }
 
 /// The whole page.
-pub(super) fn page(title: &str, lead: &str, sections: &[Section]) -> String {
+pub(crate) fn page(title: &str, lead: &str, sections: &[Section]) -> String {
     let links: String = sections
         .iter()
         .map(|s| format!("<a href=\"#{}\">{}</a>\n", s.id, escape(s.title)))

@@ -1,0 +1,141 @@
+//! The extended formula in other numbers than the runtime's: in double precision, and with its
+//! coefficients rounded to half precision.
+
+use sky_core::air_mass::{chapman_air_mass, radius_in_scale_heights};
+use sky_core::direction::SkyDirection;
+use sky_core::extended::{self, Coefficients, Radii, SCALE_HEIGHTS_KM, TERMS, single};
+use sky_core::quantity::{Angle, Length};
+use sky_core::sky_model::{Conditions, Yxy};
+
+/// The products of [`extended::basis`] in double precision.
+fn basis(direction: &SkyDirection, altitude: Length, sun_zenith: Angle) -> [f64; TERMS] {
+    let cosine = direction.view_zenith.radians().cos();
+    let [air, haze] = SCALE_HEIGHTS_KM.map(|h| {
+        chapman_air_mass(
+            cosine,
+            radius_in_scale_heights(altitude, Length::from_km(h)),
+        )
+        .recip()
+    });
+    let a = |n: f64| 1.0 / (1.0 + n * air);
+    let h = |n: f64| 1.0 / (1.0 + n * haze);
+    let gamma = direction.scattering_angle(sun_zenith).radians();
+    let mu = direction.cos_scattering_angle(sun_zenith);
+    let e = |n: f64| (-n * gamma).exp();
+    [
+        1.0,
+        a(3.0),
+        e(2.0),
+        a(50.0),
+        a(200.0),
+        mu * mu,
+        a(200.0) * mu,
+        h(5.0) * mu,
+        h(5.0),
+        h(5.0) * e(2.0),
+        a(50.0) * mu,
+        a(3.0) * mu,
+        a(1000.0),
+        h(100.0) * e(1.0),
+        a(1000.0) * mu,
+        a(1.0) * mu * mu,
+        a(1000.0) * e(1.0),
+        a(1.0) * e(8.0),
+        a(1.0),
+        a(200.0) * e(1.0),
+        a(10.0) * mu,
+        h(20.0) * e(1.0),
+    ]
+}
+
+/// The light of a direction in double precision.
+pub(super) fn in_f64(
+    coefficients: &Coefficients,
+    direction: &SkyDirection,
+    conditions: &Conditions,
+) -> Yxy {
+    let products = basis(
+        direction,
+        conditions.observer_altitude,
+        conditions.sun_zenith,
+    );
+    let mut sums = [0.0; 3];
+    for (row, product) in coefficients.iter().zip(products) {
+        for (sum, c) in sums.iter_mut().zip(row) {
+            *sum += f64::from(*c) * product;
+        }
+    }
+    Yxy {
+        luminance_cd_m2: sums[0].exp(),
+        x: sums[1],
+        y: sums[2],
+    }
+}
+
+/// The light of a direction with the runtime's arithmetic and other coefficients.
+pub(super) fn with_coefficients(
+    coefficients: &Coefficients,
+    radii: Radii,
+    direction: &SkyDirection,
+    conditions: &Conditions,
+) -> Yxy {
+    let sun = conditions.sun_zenith;
+    let products = extended::basis(
+        single(direction.view_zenith.radians().cos()),
+        radii,
+        single(direction.scattering_angle(sun).radians()),
+        single(direction.cos_scattering_angle(sun)),
+    );
+    let [luminance, x, y] = extended::light(coefficients, &products).map(f64::from);
+    Yxy {
+        luminance_cd_m2: luminance,
+        x,
+        y,
+    }
+}
+
+/// Coefficients rounded to half precision.
+pub(super) fn rounded_to_f16(coefficients: &Coefficients) -> Coefficients {
+    coefficients.map(|row| row.map(f16))
+}
+
+/// The nearest half-precision number, ties to even; infinite beyond the largest.
+fn f16(x: f32) -> f32 {
+    const LEAST_NORMAL: f32 = 6.103_515_6e-5; // 2⁻¹⁴
+    const STEPS: f32 = 16_777_216.0; // one over the step below it, 2²⁴
+    const BEYOND_LARGEST: f32 = 65_520.0;
+    if x.is_nan() {
+        x
+    } else if x.abs() >= BEYOND_LARGEST {
+        f32::INFINITY.copysign(x)
+    } else if x.abs() < LEAST_NORMAL {
+        (x * STEPS).round_ties_even() / STEPS
+    } else {
+        // 13 of the 23 bits of the significand go
+        let bits = x.to_bits();
+        f32::from_bits((bits + 0x0fff + (bits >> 13 & 1)) & !0x1fff)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_precision_rounds_as_published() {
+        for (x, rounded) in [
+            (1.0_f32, 1.0_f32),
+            (1.000_4, 1.0),
+            (1.000_976_6, 1.000_976_6),
+            (-0.1, -0.099_975_586),
+            (65_504.0, 65_504.0),
+            (6e-8, 5.960_464_5e-8),
+            (2e-8, 0.0),
+            (2049.0, 2048.0),
+            (2051.0, 2052.0),
+        ] {
+            assert_eq!(f16(x).to_bits(), rounded.to_bits(), "{x}: {}", f16(x));
+        }
+        assert!(f16(1e5).is_infinite() && f16(f32::NAN).is_nan());
+    }
+}

@@ -1,0 +1,186 @@
+//! The one list of skies: ours, the report's and the published ones; `utm-sky models` prints it.
+
+use anyhow::Result;
+use sky_baselines::Baseline;
+use sky_core::shader_sky::ShaderSky;
+use sky_core::sky_model::{Domain, SkyModel};
+use sky_core::utm_sky::UtmSky;
+use sky_fit::sweep::Grid;
+use std::fmt::Write as _;
+use std::path::Path;
+
+use crate::files::print;
+use crate::generate::bake;
+use crate::tiers::{BakedSky, DomeSky};
+use crate::truth::TransportSky;
+
+/// Where a model comes from.
+#[derive(Clone, Copy, Debug)]
+pub enum Source {
+    /// The default table at every pixel.
+    Ours,
+    /// The default table through the baked texture.
+    Baked,
+    /// The default table at the report's 271 corners.
+    Dome,
+    /// A table of one of the Perez forms, baked when it is asked for.
+    Table(fn() -> Result<Grid, sky_core::axis::AxisError>),
+    /// A published sky.
+    Published(&'static Baseline),
+}
+
+/// A row of the list.
+#[derive(Clone, Copy, Debug)]
+pub struct Model {
+    /// The name by which it is asked for.
+    pub name: &'static str,
+    /// How it is evaluated, where there are several ways.
+    pub tier: &'static str,
+    /// Where it was published.
+    pub citation: &'static str,
+    /// Its origin.
+    pub source: Source,
+}
+
+/// Our own models and the report's; the published ones follow in [`all`].
+const OURS: [Model; 5] = [
+    Model {
+        name: "utm-sky",
+        tier: "fragment",
+        citation: "this project: 22 products for ln Y, x, y; the default table",
+        source: Source::Ours,
+    },
+    Model {
+        name: "utm-sky-baked",
+        tier: "baked",
+        citation: "this project: the default table in a texture of 160 x 192",
+        source: Source::Baked,
+    },
+    Model {
+        name: "utm-sky-vertex",
+        tier: "vertex",
+        citation: "this project: the default table at the report's 271 endpoints",
+        source: Source::Dome,
+    },
+    Model {
+        name: "perez-spherical",
+        tier: "fragment",
+        citation: "Perez, Seals & Michalsky 1993 with a spherical air mass, fitted by this project",
+        source: Source::Table(Grid::perez),
+    },
+    Model {
+        name: "utm2005",
+        tier: "fragment",
+        citation: "The Development of Local Solar Irradiance for Outdoor Computer Graphics Rendering, UTM 2005: 75 maps, 1/cos, Lagrange",
+        source: Source::Table(Grid::report),
+    },
+];
+
+/// Every model.
+#[must_use]
+pub fn all() -> Vec<Model> {
+    OURS.into_iter()
+        .chain(sky_baselines::MODELS.iter().map(|b| Model {
+            name: b.name,
+            tier: "fragment",
+            citation: b.citation,
+            source: Source::Published(b),
+        }))
+        .collect()
+}
+
+impl Model {
+    /// The sky on the CPU. Tables are baked from the truth when asked for.
+    ///
+    /// # Errors
+    /// When a table cannot be baked.
+    pub fn sky(&self, truth: &TransportSky) -> Result<Box<dyn SkyModel + Send>> {
+        Ok(match self.source {
+            Source::Ours => Box::new(UtmSky::embedded()?),
+            Source::Baked => Box::new(BakedSky::new(UtmSky::embedded()?)),
+            Source::Dome => Box::new(DomeSky::new(UtmSky::embedded()?)),
+            Source::Table(grid) => {
+                let air = truth.extinction()?;
+                let (lut, _) = bake(truth, &grid()?, Path::new("general"), air)?;
+                Box::new(UtmSky::new(lut))
+            }
+            Source::Published(baseline) => (baseline.sky)(),
+        })
+    }
+
+    /// The sky with its shader, where it is a published one that has one.
+    #[must_use]
+    pub fn shader_sky(&self) -> Option<Box<dyn ShaderSky + Send>> {
+        match self.source {
+            Source::Published(baseline) => baseline.shader_sky.map(|make| make()),
+            _ => None,
+        }
+    }
+
+    /// Whether its air is its own, matched at equal aerosol optical depth.
+    #[must_use]
+    pub const fn own_atmosphere(&self) -> bool {
+        match self.source {
+            Source::Published(baseline) => baseline.own_atmosphere,
+            _ => false,
+        }
+    }
+
+    /// Whether it gives luminance alone.
+    #[must_use]
+    pub const fn luminance_only(&self) -> bool {
+        match self.source {
+            Source::Published(baseline) => baseline.luminance_only,
+            _ => false,
+        }
+    }
+
+    /// Where it claims to be valid.
+    ///
+    /// # Errors
+    /// When the embedded table cannot be read.
+    pub fn domain(&self) -> Result<Domain> {
+        Ok(match self.source {
+            Source::Published(baseline) => baseline.domain,
+            Source::Table(grid) => {
+                let grid = grid()?;
+                Domain {
+                    altitude_km: grid.altitude_km.bounds(),
+                    turbidity: grid.turbidity.bounds(),
+                    sun_zenith_deg: grid.sun_zenith_deg.bounds(),
+                    below_horizontal: self.name != "utm2005",
+                }
+            }
+            _ => *UtmSky::embedded()?.domain(),
+        })
+    }
+}
+
+/// Prints the list.
+///
+/// # Errors
+/// When the terminal cannot be written.
+pub fn run() -> Result<()> {
+    let mut text = format!(
+        "{:<16} {:>14} {:>12} {:>14}  citation\n",
+        "name", "altitude [km]", "turbidity", "sun [deg]"
+    );
+    for model in all() {
+        let d = model.domain()?;
+        let short = |range: [f64; 2]| {
+            let [low, high] = range.map(|v| (v * 100.0).round() / 100.0);
+            format!("{low}..{high}")
+        };
+        writeln!(
+            text,
+            "{:<16} {:>14} {:>12} {:>14}  {}",
+            model.name,
+            short(d.altitude_km),
+            short(d.turbidity),
+            short(d.sun_zenith_deg),
+            model.citation
+        )?;
+    }
+    print(&text)?;
+    Ok(())
+}

@@ -1,0 +1,11 @@
+//! Any text is a grid or refused.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use sky_cli::generate::parse_grid;
+
+fuzz_target!(|text: &str| {
+    if let Ok(grid) = parse_grid("fuzz.toml", text) {
+        assert!(grid.nodes() >= 8);
+    }
+});

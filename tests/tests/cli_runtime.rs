@@ -1,0 +1,148 @@
+//! The contracts of the runtime's commands: segment, light, render, export-shaders, models, chart.
+
+mod cli_support;
+
+use std::fs;
+
+use cli_support::{names, refuse, succeed};
+use tempfile::tempdir;
+
+#[test]
+fn segments_have_their_columns_and_bounds() {
+    let dir = tempdir().unwrap();
+    let segments = "view_zenith_deg,relative_azimuth_deg,distance_km\n60,30,5\n90,90,40\n95,0,10\n";
+    fs::write(dir.path().join("seg.csv"), segments).unwrap();
+    for aerial in ["default", "utm2005"] {
+        succeed(
+            dir.path(),
+            &format!(
+                "segment --altitude-km 3 --turbidity 2 --sun-zenith-deg 60 --segments seg.csv --out out.csv --aerial {aerial}"
+            ),
+        );
+        let text = fs::read_to_string(dir.path().join("out.csv")).unwrap();
+        let mut lines = text.lines();
+        assert_eq!(
+            lines.next(),
+            Some(
+                "view_zenith_deg,relative_azimuth_deg,distance_km,transmittance_r,transmittance_g,\
+                 transmittance_b,transmittance_y,inscatter_luminance_cd_m2,inscatter_x,inscatter_y"
+            )
+        );
+        for line in lines {
+            let v: Vec<f64> = line.split(',').map(|c| c.parse().unwrap()).collect();
+            assert_eq!(v.len(), 10, "{line}");
+            assert!(v[3..7].iter().all(|t| (0.0..1.0).contains(t)), "{line}");
+            assert!(v[7] > 0.0 && v[8] > 0.0 && v[9] > 0.0, "{line}");
+        }
+    }
+    // five kilometers up, a ray straight down meets the ground
+    fs::write(
+        dir.path().join("down.csv"),
+        "view_zenith_deg,relative_azimuth_deg,distance_km\n180,0,9\n",
+    )
+    .unwrap();
+    refuse(
+        dir.path(),
+        "segment --altitude-km 5 --turbidity 2 --sun-zenith-deg 60 --segments down.csv --out bad.csv",
+        &["down.csv", "above the ground", "9"],
+    );
+    assert_eq!(names(dir.path()), ["down.csv", "out.csv", "seg.csv"]);
+}
+
+#[test]
+fn light_is_json_and_the_sun_outshines_the_sky_by_day() {
+    let dir = tempdir().unwrap();
+    let out = succeed(
+        dir.path(),
+        "light --altitude-km 3 --turbidity 2 --sun-zenith-deg 40",
+    );
+    let json: serde_json::Value = serde_json::from_str(&out.stdout).unwrap();
+    let sun = json["sun_direct_normal"]["illuminance_lx"]
+        .as_f64()
+        .unwrap();
+    let sky = json["sky_horizontal"]["illuminance_lx"].as_f64().unwrap();
+    assert!((80e3..130e3).contains(&sun), "{sun}");
+    assert!((4e3..40e3).contains(&sky), "{sky}");
+    let harmonics = json["sky_harmonics_cd_m2"]["linear_srgb"]
+        .as_array()
+        .unwrap();
+    assert_eq!(harmonics.len(), 9);
+}
+
+#[test]
+fn pictures_without_a_gpu() {
+    let dir = tempdir().unwrap();
+    for (projection, name) in [
+        ("perspective", "p.png"),
+        ("fisheye", "f.png"),
+        ("equirect", "e.exr"),
+    ] {
+        succeed(
+            dir.path(),
+            &format!(
+                "render --altitude-km 1 --turbidity 2 --sun-zenith-deg 60 --backend cpu --size 48x32 --projection {projection} --out {name}"
+            ),
+        );
+    }
+    let png = fs::read(dir.path().join("p.png")).unwrap();
+    assert_eq!(&png[1..4], b"PNG");
+    let exr = fs::read(dir.path().join("e.exr")).unwrap();
+    assert_eq!(exr[..4], [0x76, 0x2f, 0x31, 0x01]);
+    let wrong = "render --altitude-km 1 --turbidity 2 --sun-zenith-deg 60 --backend cpu";
+    refuse(
+        dir.path(),
+        &format!("{wrong} --size 0x10 --out x.png"),
+        &["WIDTHxHEIGHT", "0x10"],
+    );
+    refuse(
+        dir.path(),
+        &format!("{wrong} --out x.jpg"),
+        &[".png", ".exr", "x.jpg"],
+    );
+    refuse(
+        dir.path(),
+        &format!("{wrong} --lut none.utmlut --out x.png"),
+        &["none.utmlut"],
+    );
+    refuse(
+        dir.path(),
+        &format!("{wrong} --out nowhere/x.png"),
+        &["nowhere"],
+    );
+}
+
+#[test]
+fn shaders_are_exported_with_the_table() {
+    let dir = tempdir().unwrap();
+    for target in ["glsl", "glsl-es", "hlsl", "msl", "spirv"] {
+        succeed(
+            dir.path(),
+            &format!("export-shaders --target {target} --out {target}"),
+        );
+        let files = names(&dir.path().join(target));
+        assert!(
+            files.iter().any(|f| f == "sky.bin") && files.iter().any(|f| f == "sky.h"),
+            "{files:?}"
+        );
+        assert!(files.len() >= 8, "{files:?}");
+    }
+    let header = fs::read_to_string(dir.path().join("glsl/sky.h")).unwrap();
+    assert!(header.contains("UTM_SKY_ALTITUDE_KM"));
+}
+
+#[test]
+fn the_embedded_table_answers() {
+    let dir = tempdir().unwrap();
+    succeed(
+        dir.path(),
+        "sky --lut embedded --altitude-km 6 --turbidity 2 --sun-zenith-deg 60 --out yxy.csv",
+    );
+    succeed(dir.path(), "lut info embedded");
+    let models = succeed(dir.path(), "models").stdout;
+    for name in [
+        "utm-sky", "utm2005", "preetham", "hosek", "hillaire", "bruneton",
+    ] {
+        assert!(models.contains(name), "{name}");
+    }
+    refuse(dir.path(), "chart --models nobody", &["nobody", "preetham"]);
+}
