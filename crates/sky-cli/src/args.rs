@@ -54,6 +54,8 @@ pub enum Command {
     ExportShaders(ExportShadersArgs),
     /// Compute maps on a grid, fit them, and write the look-up table and the report
     Generate(GenerateArgs),
+    /// Find the cheapest table that a scene needs
+    Plan(PlanArgs),
     /// Write the report on a look-up table as one HTML page
     Report(ReportArgs),
     /// Find where the models fail: a sweep over their domains and beyond
@@ -746,11 +748,17 @@ fn grid_choice(text: &str) -> Result<GridChoice, &'static str> {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   utm-sky generate
-  utm-sky generate --grid seed --engine smarts --out my-sky")]
+  utm-sky generate --grid seed --engine smarts --out my-sky
+  utm-sky generate --plan plan.toml --out runway
+
+A plan's table comes without a report: utm-sky plan --verify measures it on its own scene.")]
 pub struct GenerateArgs {
     /// Profile of the atmosphere: a CSV file or the name of a shipped one
     #[arg(long, value_name = "CSV|NAME", default_value = "general")]
     pub profile: PathBuf,
+    /// Plan of `utm-sky plan`, instead of a grid
+    #[arg(long, value_name = "TOML", conflicts_with_all = ["grid", "engine", "profile"])]
+    pub plan: Option<PathBuf>,
     /// Altitudes, turbidities and suns: seed, default or a TOML file
     #[arg(long, value_name = "seed|default|TOML", default_value = "default",
           value_parser = grid_choice)]
@@ -761,6 +769,96 @@ pub struct GenerateArgs {
     /// Directory for sky.utmlut, coefficients.csv, report.html and report.csv; made if missing
     #[arg(long, value_name = "DIR", default_value = "target/utm-sky")]
     pub out: PathBuf,
+}
+
+/// What `utm-sky plan --explain` leaves out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PlanTerm {
+    /// Ozone
+    Ozone,
+    /// Nitrogen dioxide
+    No2,
+    /// Pairs of oxygen molecules
+    #[value(name = "o2o2")]
+    OxygenPairs,
+    /// Oxygen bands
+    #[value(name = "o2")]
+    Oxygen,
+    /// Water vapor bands
+    #[value(name = "h2o")]
+    Water,
+    /// The faint stratospheric layer
+    Stratosphere,
+    /// The light that the ground reflects
+    Ground,
+}
+
+impl PlanTerm {
+    /// Every term.
+    pub const LEDGER: [Self; 7] = [
+        Self::Ozone,
+        Self::No2,
+        Self::Oxygen,
+        Self::Water,
+        Self::OxygenPairs,
+        Self::Stratosphere,
+        Self::Ground,
+    ];
+
+    /// The name on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Ozone => "ozone",
+            Self::No2 => "no2",
+            Self::OxygenPairs => "o2o2",
+            Self::Oxygen => "o2",
+            Self::Water => "h2o",
+            Self::Stratosphere => "stratosphere",
+            Self::Ground => "ground",
+        }
+    }
+}
+
+/// `utm-sky plan`.
+#[derive(Debug, Args)]
+#[command(
+    group(ArgGroup::new("task").required(true).args(["scene", "verify", "ledger"])),
+    after_help = "Examples:
+  utm-sky plan profiles/scenes/runway_noon.toml --out plan.toml
+  utm-sky plan profiles/scenes/airliner_dusk.toml --explain ozone
+  utm-sky plan --verify plan.toml --cases 500 --seed 1
+  utm-sky plan --ledger --out ledger.csv
+
+Errors are 95th percentiles over the directions of cases that were not fitted, against the transport
+engine with every constituent; the sun's 5 degrees are left out."
+)]
+pub struct PlanArgs {
+    /// The scene: ranges, tolerance and budget (see profiles/scenes/README.md)
+    #[arg(value_name = "SCENE.toml")]
+    pub scene: Option<PathBuf>,
+    /// The plan; without it plan.toml. With --ledger the ledger as CSV
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Instead of planning: what the scene loses without a term, with a picture beside the plan
+    #[arg(long, value_enum, value_name = "TERM", requires = "scene")]
+    pub explain: Option<PlanTerm>,
+    /// Measure a plan's table on fresh random cases of its scene
+    #[arg(long, value_name = "PLAN.toml")]
+    pub verify: Option<PathBuf>,
+    /// Cases to verify on
+    #[arg(long, value_name = "N", default_value_t = 500, requires = "verify",
+          value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub cases: u32,
+    /// Seed of those cases
+    #[arg(long, value_name = "S", default_value_t = 1, requires = "verify")]
+    pub seed: u64,
+    /// The table to verify; without it the plan is baked
+    #[arg(long, value_name = "FILE|embedded", value_parser = lut_source, requires = "verify")]
+    pub lut: Option<LutSource>,
+    /// Print what each constituent of the air is worth over the whole domain
+    #[arg(long)]
+    pub ledger: bool,
 }
 
 /// `utm-sky report`.

@@ -20,7 +20,8 @@ use sky_sim::optics::OpticsSettings;
 
 use crate::args::{Engine, GenerateArgs, GridChoice};
 use crate::atmosphere::{load_profile, profile_hash};
-use crate::files::{OutputFile, read_text};
+use crate::files::{OutputFile, create_directory, print, read_text};
+use crate::plan::Plan;
 use crate::report::{create_outputs, write_report};
 use crate::truth::{DEFAULT_GROUND_ALBEDO, SmartsSkyModel, TransportSky};
 
@@ -87,6 +88,9 @@ pub fn parse_grid(name: &str, text: &str) -> Result<Grid> {
 /// # Errors
 /// When an input is wrong, a cell cannot be fitted or a file cannot be written; then none is written.
 pub fn run(args: &GenerateArgs) -> Result<()> {
+    if let Some(path) = &args.plan {
+        return bake_plan(path, &args.out);
+    }
     let profile = load_profile(&args.profile)?;
     let grid = load_grid(&args.grid)?;
     // every file is opened before the work starts; none appears under its name before all is done
@@ -113,6 +117,26 @@ pub fn run(args: &GenerateArgs) -> Result<()> {
     write_report(&truth, &args.profile, lut, sweep, pages)?;
     lut_file.commit(&bytes)?;
     csv_file.commit(csv.as_bytes())?;
+    Ok(())
+}
+
+/// Bakes a plan: the table and its coefficients. A report belongs to a whole domain, so there is none.
+fn bake_plan(path: &Path, directory: &Path) -> Result<()> {
+    let plan = Plan::load(path)?;
+    create_directory(directory)?;
+    let lut_file = OutputFile::create(&directory.join("sky.utmlut"))?;
+    let csv_file = OutputFile::create(&directory.join("coefficients.csv"))?;
+    let bar = spinner("baking");
+    let lut = plan.bake()?;
+    bar.finish_and_clear();
+    let bytes = lut.encode();
+    lut_file.commit(&bytes)?;
+    csv_file.commit(lut.to_csv_string().as_bytes())?;
+    print(&format!(
+        "sky.utmlut: {} bytes for {}; without a report: measure it with utm-sky plan --verify\n",
+        bytes.len(),
+        plan.scene
+    ))?;
     Ok(())
 }
 
@@ -162,7 +186,7 @@ pub fn bake(
         },
     };
     let draft = UtmSky::new(Lut::from_f64(header.clone(), &sweep.values)?);
-    let fit = statistics(&draft, &sweep.maps)?;
+    let fit = statistics(&draft, &sweep.maps.iter().collect::<Vec<_>>())?;
     Ok((
         Lut::from_f64(LutHeader { fit, ..header }, &sweep.values)?,
         sweep,
@@ -170,7 +194,7 @@ pub fn bake(
 }
 
 /// Errors of a table over the maps it was fitted to.
-fn statistics(sky: &UtmSky, maps: &[SkyMap]) -> Result<FitStatistics> {
+pub(crate) fn statistics(sky: &UtmSky, maps: &[&SkyMap]) -> Result<FitStatistics> {
     let (mut colors, mut luminances) = (Vec::new(), Vec::new());
     for map in maps {
         let Some(white) = white_luminance(&map.sky) else {

@@ -23,6 +23,7 @@ pub mod lut_commands;
 pub mod map;
 pub mod models;
 pub mod optics;
+pub mod plan;
 pub mod profile;
 pub mod render;
 pub mod report;
@@ -89,6 +90,7 @@ fn dispatch(command: &Command) -> anyhow::Result<()> {
         Command::BenchGpu(args) => bench_gpu::run(args),
         Command::ExportShaders(args) => export_shaders::run(args),
         Command::Generate(args) => generate::run(args),
+        Command::Plan(args) => plan::run(args),
         Command::Report(args) => report::run(args),
         Command::Atlas(args) => atlas::run(args),
         Command::FitStress(args) => fit_stress::run(args),

@@ -26,7 +26,7 @@ pub const DEFAULT_GROUND_ALBEDO: f64 = 0.2;
 const KEPT: usize = 12;
 
 /// What both engines answer for.
-const DOMAIN: Domain = Domain {
+pub const DOMAIN: Domain = Domain {
     altitude_km: [0.0, 30.0],
     turbidity: [1.0, 12.0],
     sun_zenith_deg: [0.0, 96.0],

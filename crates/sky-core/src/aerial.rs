@@ -37,6 +37,9 @@ const RADIUS_KM: f32 = single(EARTH_RADIUS_KM);
 /// One over the scale height of the report's transparency \[km⁻¹\]: that of air.
 const UTM2005_PER_SCALE_HEIGHT: f32 = 1.0 / 8.0;
 
+/// Least distance of two layers \[km\]: f32 tells them apart.
+const THINNEST_LAYER_KM: f64 = 0.01;
+
 /// Light that was scattered before and has lost its direction, as a share of that scattered once,
 /// in clear air.
 const SCATTERED_BEFORE: f32 = 0.3;
@@ -68,7 +71,7 @@ pub enum AerialError {
 /// extinction. No allocation; a shader reads the parts as they lie.
 #[derive(Clone, Debug)]
 pub struct AerialFrame {
-    /// Altitude nodes in use.
+    /// Altitude nodes in use, at least two: a table of one altitude stands at both ends of its domain.
     pub layers: usize,
     /// Their altitudes \[km\].
     pub altitude_km: [f32; MOST_LAYERS],
@@ -151,10 +154,20 @@ impl AerialFrame {
                 for (s, ws) in suns {
                     let weight = single(wt * ws);
                     if weight > 0.0 {
-                        extended::add(&mut coefficients[a], weight, sky.lut().node(a, t, s));
+                        let node = sky.lut().node(a, t, s);
+                        extended::add(&mut coefficients[a], weight, node, sky.lut().term_slots());
                     }
                 }
             }
+        }
+        let mut layers = nodes.len();
+        if layers == 1 {
+            // one sky for the whole domain: what blends layers needs two of them
+            let [low, high] = header.domain.altitude_km;
+            altitude_km[0] = single(low);
+            altitude_km[1] = single(high.max(low + THINNEST_LAYER_KM));
+            coefficients[1] = coefficients[0];
+            layers = 2;
         }
         let mut levels = [[0.0; 4]; LEVELS];
         for (level, [air, gas, layer]) in levels.iter_mut().zip(&extinction.relative_density) {
@@ -162,7 +175,7 @@ impl AerialFrame {
         }
         let (sin_sun, cos_sun) = sun_zenith.radians().sin_cos();
         Ok(Self {
-            layers: nodes.len(),
+            layers,
             altitude_km,
             coefficients,
             sun: [single(sin_sun), single(cos_sun)],

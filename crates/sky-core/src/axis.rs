@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Ascending node values of one quantity, at least two.
+/// Ascending node values of one quantity, at least one. With one node nothing changes along the axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "UncheckedAxis")]
 pub struct Axis {
@@ -24,7 +24,7 @@ struct UncheckedAxis {
 /// A place between two nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cell {
-    /// Index of the node below; the node above is the next one.
+    /// Index of the node below; the node above is the next one, where the axis has more than one.
     pub lower: usize,
     /// Share of the way from the lower node to the upper, 0 to 1.
     pub fraction: f64,
@@ -33,8 +33,8 @@ pub struct Cell {
 /// Node values that make no axis.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum AxisError {
-    /// Nothing to interpolate between.
-    #[error("axis: expected at least 2 nodes, found {found}")]
+    /// No nodes.
+    #[error("axis: expected at least 1 node, found {found}")]
     TooFewNodes {
         /// Number of nodes.
         found: usize,
@@ -63,9 +63,9 @@ impl Axis {
     /// From the name of a unit and ascending node values in it.
     ///
     /// # Errors
-    /// Refuses fewer than two nodes, and names the first node that is not finite or not ascending.
+    /// Refuses an empty list, and names the first node that is not finite or not ascending.
     pub fn new(unit: impl Into<String>, nodes: Vec<f64>) -> Result<Self, AxisError> {
-        if nodes.len() < 2 {
+        if nodes.is_empty() {
             return Err(AxisError::TooFewNodes { found: nodes.len() });
         }
         for (index, &found) in nodes.iter().enumerate() {
@@ -101,7 +101,7 @@ impl Axis {
         &self.nodes
     }
 
-    /// Number of nodes, at least 2.
+    /// Number of nodes, at least 1.
     #[must_use]
     #[expect(
         clippy::len_without_is_empty,
@@ -120,12 +120,18 @@ impl Axis {
     /// The cell that holds a value, `None` outside the bounds and for NaN.
     ///
     /// A value on an inner node is fraction 0 of the cell above it; the last node is fraction 1 of the
-    /// last cell.
+    /// last cell. The node of an axis that has no other is fraction 0.
     #[must_use]
     pub fn cell_from_value(&self, value: f64) -> Option<Cell> {
         let [first, last] = self.bounds();
         if !(value >= first && value <= last) {
             return None;
+        }
+        if self.nodes.len() == 1 {
+            return Some(Cell {
+                lower: 0,
+                fraction: 0.0,
+            });
         }
         let above = self.nodes.partition_point(|node| *node <= value);
         let lower = above.min(self.nodes.len() - 1) - 1;
@@ -141,7 +147,10 @@ impl Axis {
     #[must_use]
     pub fn value_from_cell(&self, cell: Cell) -> Option<f64> {
         let from = *self.nodes.get(cell.lower)?;
-        let to = *self.nodes.get(cell.lower + 1)?;
+        let to = match self.nodes.as_slice() {
+            [only] => *only,
+            nodes => *nodes.get(cell.lower + 1)?,
+        };
         (0.0..=1.0)
             .contains(&cell.fraction)
             .then_some(from * (1.0 - cell.fraction) + to * cell.fraction)
@@ -162,7 +171,7 @@ impl Axis {
         if !(coordinate >= 0.0 && coordinate <= index_as_f64(last)) {
             return None;
         }
-        let lower = (0..last)
+        let lower = (0..last.max(1))
             .rev()
             .find(|node| index_as_f64(*node) <= coordinate)?;
         self.value_from_cell(Cell {
@@ -272,9 +281,19 @@ mod tests {
     }
 
     #[test]
+    fn an_axis_of_one_node_is_that_value() {
+        let axis = Axis::new("km", vec![5.0]).unwrap();
+        assert_eq!(axis.bounds(), [5.0, 5.0]);
+        assert_eq!(axis.coordinate_from_value(5.0), Some(0.0));
+        assert_eq!(axis.value_from_coordinate(0.0), Some(5.0));
+        assert_eq!(axis.cell_from_value(5.1), None);
+        assert_eq!(axis.value_from_coordinate(0.1), None);
+    }
+
+    #[test]
     fn bad_nodes_are_named() {
         let refused = |nodes: &[f64]| Axis::new("1", nodes.to_vec()).unwrap_err();
-        assert_eq!(refused(&[1.0]), AxisError::TooFewNodes { found: 1 });
+        assert_eq!(refused(&[]), AxisError::TooFewNodes { found: 0 });
         assert!(matches!(
             refused(&[0.0, f64::NAN]),
             AxisError::NotFinite { index: 1, .. }

@@ -150,11 +150,19 @@ pub fn basis(cosine: f32, radii: Radii, gamma: f32, mu: f32) -> [f32; TERMS] {
 /// them as they lie.
 pub type Coefficients = [[f32; 4]; TERMS];
 
-/// Adds a node of a table, weighted.
-pub(crate) fn add(sum: &mut Coefficients, weight: f32, node: &[f32]) {
-    for (channel, values) in node.chunks_exact(TERMS).enumerate() {
-        for (to, from) in sum.iter_mut().zip(values) {
-            to[channel] += weight * from;
+/// Places of named products among [`TERM_NAMES`]; `None` unless all are there, in that order.
+#[must_use]
+pub fn slots(names: &[String]) -> Option<Vec<usize>> {
+    let places = names.iter().map(|n| TERM_NAMES.iter().position(|t| t == n));
+    let places = places.collect::<Option<Vec<_>>>()?;
+    places.is_sorted_by(|a, b| a < b).then_some(places)
+}
+
+/// Adds a node of a table, weighted. The node holds the products at `slots` alone, the others are 0.
+pub(crate) fn add(sum: &mut Coefficients, weight: f32, node: &[f32], slots: &[usize]) {
+    for (channel, values) in node.chunks_exact(slots.len()).enumerate() {
+        for (slot, from) in slots.iter().zip(values) {
+            sum[*slot][channel] += weight * from;
         }
     }
 }

@@ -24,6 +24,9 @@
 //! magic show a file that was sent as text. A CRC finds every single flipped bit, its own included,
 //! and every burst of up to 64 bits.
 //!
+//! An axis may have a single node: then the sky is the same all along it, and the domain says how far
+//! it may be used. A table of the extended form may leave terms out: they are 0.
+//!
 //! The header is a [`LutHeader`], field by field. Values run over \[altitude\]\[turbidity\]\[sun
 //! zenith\]\[channel\]\[term\], the last fastest; the header names the channels and the terms. The
 //! same table is always encoded to the same bytes.
@@ -34,6 +37,7 @@ use std::fmt::Write as _;
 use serde::{Deserialize, Serialize};
 
 use crate::axis::Axis;
+use crate::extended;
 use crate::extinction::{Extinction, LEVELS};
 use crate::sky_model::Domain;
 
@@ -78,7 +82,7 @@ impl Form {
     pub const fn terms(self) -> &'static [&'static str] {
         match self {
             Self::PerezReport | Self::PerezSpherical => PEREZ_TERMS,
-            Self::Extended => &crate::extended::TERM_NAMES,
+            Self::Extended => &extended::TERM_NAMES,
         }
     }
 
@@ -170,7 +174,7 @@ pub struct LutHeader {
     pub sun_zenith_deg: Axis,
     /// Names of the channels: [`CHANNELS`].
     pub channels: Vec<String>,
-    /// Names of the values of a channel: those of the form.
+    /// Names of the values of a channel: those of the form, in its order; the extended form may lack some.
     pub terms: Vec<String>,
     /// Name of the atmosphere's profile.
     pub profile_name: String,
@@ -187,7 +191,7 @@ pub struct LutHeader {
     /// Extinction of the atmosphere, for aerial perspective and the sun's light.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub extinction: Option<Extinction>,
-    /// Where the table is valid; lies within the axes.
+    /// Where the table is valid; lies within the axes, or holds the node of an axis that has but one.
     pub domain: Domain,
 }
 
@@ -236,7 +240,12 @@ impl LutHeader {
                 return Err(LutError::Unit { axis, expected });
             }
             let [low, high] = found.bounds();
-            if !(domain[0] >= low && domain[0] <= domain[1] && domain[1] <= high) {
+            let fits = if found.len() == 1 {
+                domain[0] <= low && high <= domain[1]
+            } else {
+                domain[0] >= low && domain[0] <= domain[1] && domain[1] <= high
+            };
+            if !(fits && domain.iter().all(|bound| bound.is_finite())) {
                 return Err(LutError::Domain {
                     axis,
                     expected: found.bounds(),
@@ -248,7 +257,12 @@ impl LutHeader {
             ("channels", CHANNELS.as_slice(), &self.channels),
             ("terms", self.form.terms(), &self.terms),
         ] {
-            if found != expected {
+            let names_fit = if what == "terms" && self.form == Form::Extended {
+                !found.is_empty() && extended::slots(found).is_some()
+            } else {
+                found == expected
+            };
+            if !names_fit {
                 return Err(LutError::Names {
                     what,
                     form: self.form,
@@ -406,6 +420,8 @@ pub enum LutError {
 pub struct Lut {
     header: LutHeader,
     data: Vec<f32>,
+    /// Place of each stored term among those of the form.
+    slots: Vec<usize>,
 }
 
 impl Lut {
@@ -422,13 +438,21 @@ impl Lut {
                 found: data.len(),
             });
         }
+        let slots = match header.form {
+            Form::Extended => extended::slots(&header.terms).unwrap_or_default(),
+            Form::PerezReport | Form::PerezSpherical => (0..header.terms.len()).collect(),
+        };
         match data.iter().position(|value| !value.is_finite()) {
             Some(index) => Err(LutError::NotFinite {
                 index,
                 found: data[index].into(),
             }),
             None => Ok(match header.storage {
-                Storage::F32 => Self { header, data },
+                Storage::F32 => Self {
+                    header,
+                    data,
+                    slots,
+                },
                 Storage::Linear16 => {
                     let scales = Scale::of(&data, header.values_per_node());
                     let data = data
@@ -436,7 +460,11 @@ impl Lut {
                         .zip(scales.iter().cycle())
                         .map(|(value, scale)| scale.value(scale.index(*value)))
                         .collect();
-                    Self { header, data }
+                    Self {
+                        header,
+                        data,
+                        slots,
+                    }
                 }
             }),
         }
@@ -463,6 +491,12 @@ impl Lut {
     #[must_use]
     pub fn data(&self) -> &[f32] {
         &self.data
+    }
+
+    /// Place of each stored term among those of the form.
+    #[must_use]
+    pub fn term_slots(&self) -> &[usize] {
+        &self.slots
     }
 
     /// The values of one node, \[channel\]\[term\].

@@ -149,7 +149,9 @@ impl UtmSky {
                     }
                     let node = self.lut.node(a, t, s);
                     match &mut formula {
-                        Formula::Extended(sum) => extended::add(sum, weight, node),
+                        Formula::Extended(sum) => {
+                            extended::add(sum, weight, node, self.lut.term_slots());
+                        }
                         Formula::Perez(perez) => perez.push(weight, node),
                     }
                 }
@@ -172,6 +174,13 @@ impl UtmSky {
 /// The two nodes of a cell and their weights, in a coordinate of the axis.
 fn cell(axis: &Axis, value: f64, coordinate: impl Fn(f64) -> f64) -> Cell {
     let [low, high] = axis.bounds();
+    if axis.len() == 1 {
+        // the table is the same all over the domain
+        return Cell {
+            lower: 0,
+            fraction: 0.0,
+        };
+    }
     let value = value.clamp(low, high); // the domain was checked; this undoes rounding alone
     axis.cell_from_value(value).map_or(
         Cell {

@@ -157,7 +157,12 @@ pub struct Sweep {
 }
 
 impl SkyMap {
-    fn compute(
+    /// The sky of an altitude \[km\], turbidity and sun zenith \[deg\], in the directions that the form
+    /// is fitted in.
+    ///
+    /// # Errors
+    /// When the sky does not cover the conditions.
+    pub fn compute(
         truth: &dyn SkyModel,
         form: Form,
         (altitude_km, turbidity, sun_zenith_deg): (f64, f64, f64),
@@ -407,8 +412,12 @@ fn between(nodes: &[f64]) -> Vec<f64> {
     all
 }
 
-/// Products and sums of one map: the normal equations of its own fit.
-struct Normal {
+/// What one map adds to the joint fit of the extended form: the normal equations of its own fit.
+#[derive(Clone, Debug)]
+pub struct MapEquations {
+    altitude_km: f64,
+    sun_zenith_deg: f64,
+    weight: f64,
     matrix: Vec<f64>,
     right: Vec<[f64; 3]>,
 }
@@ -439,40 +448,21 @@ fn sweep_extended(
                 map
             })
             .collect::<Result<_, _>>()?;
-        let normals: Vec<Normal> = computed.par_iter().map(normal_equations).collect();
+        let equations: Vec<MapEquations> = computed
+            .par_iter()
+            .map(|map| MapEquations::of(map, 1.0))
+            .collect();
         maps.extend(computed);
-        // unknowns: sun, then altitude, then term: neighbors lie close together
-        let mut system = BandedSystem::new(ns * na * K, (na + 2) * K);
-        for ((altitude_km, sun), normal) in places.iter().zip(&normals) {
-            let corners: Vec<(usize, f64)> = corners_of(suns, *sun)
-                .into_iter()
-                .flat_map(|(s, ws)| {
-                    corners_of(altitudes, *altitude_km).map(move |(a, wa)| (s * na + a, ws * wa))
-                })
-                .filter(|(_, w)| *w > 0.0)
-                .collect();
-            for (p, wp) in &corners {
-                for (q, wq) in &corners {
-                    system.add_block(p * K, q * K, K, &normal.matrix, wp * wq);
-                }
-                for (i, right) in normal.right.iter().enumerate() {
-                    system.add_right(p * K + i, &right.map(|r| r * wp));
-                }
+        let all: [usize; K] = core::array::from_fn(|k| k);
+        let solution = fit_turbidity(&equations, altitudes, suns, &all).map_err(|source| {
+            SweepError::Singular {
+                turbidity: *turbidity,
+                source,
             }
-        }
-        system.add_diagonal(RIDGE * RIDGE);
-        let solution = system.solve().map_err(|source| SweepError::Singular {
-            turbidity: *turbidity,
-            source,
         })?;
-        for s in 0..ns {
-            for a in 0..na {
-                for i in 0..K {
-                    for (c, value) in solution[(s * na + a) * K + i].iter().enumerate() {
-                        values[(((a * nt + t) * ns + s) * 3 + c) * K + i] = *value;
-                    }
-                }
-            }
+        for (node, solved) in solution.chunks_exact(3 * K).enumerate() {
+            let (a, s) = (node / ns, node % ns);
+            values[((a * nt + t) * ns + s) * 3 * K..][..3 * K].copy_from_slice(solved);
         }
     }
     let nodes = grid
@@ -492,38 +482,103 @@ fn sweep_extended(
     })
 }
 
+/// The values of a table at one turbidity, \[altitude\]\[sun zenith\]\[channel\]\[term\], fitted to
+/// maps at any altitudes and suns at once: what is smallest is the error of the interpolated table.
+/// `terms` are the places of the products in use.
+///
+/// # Errors
+/// When the maps do not determine the values.
+pub fn fit_turbidity(
+    maps: &[MapEquations],
+    altitudes: &Axis,
+    suns: &Axis,
+    terms: &[usize],
+) -> Result<Vec<f64>, NotPositive> {
+    let (na, ns, k) = (altitudes.len(), suns.len(), terms.len());
+    // unknowns: sun, then altitude, then term: neighbors lie close together
+    let mut system = BandedSystem::new(ns * na * k, (na + 2) * k);
+    let mut block = vec![0.0; k * k];
+    for map in maps {
+        let corners: Vec<(usize, f64)> = corners_of(suns, map.sun_zenith_deg)
+            .into_iter()
+            .flat_map(|(s, ws)| {
+                corners_of(altitudes, map.altitude_km).map(move |(a, wa)| (s * na + a, ws * wa))
+            })
+            .filter(|(_, w)| *w > 0.0)
+            .collect();
+        for (row, i) in block.chunks_exact_mut(k).zip(terms) {
+            for (to, j) in row.iter_mut().zip(terms) {
+                *to = map.matrix[i * extended::TERMS + j];
+            }
+        }
+        for (p, wp) in &corners {
+            for (q, wq) in &corners {
+                system.add_block(p * k, q * k, k, &block, map.weight * wp * wq);
+            }
+            for (row, i) in terms.iter().enumerate() {
+                system.add_right(p * k + row, &map.right[*i].map(|r| r * map.weight * wp));
+            }
+        }
+    }
+    system.add_diagonal(RIDGE * RIDGE);
+    let solution = system.solve()?;
+    let mut values = vec![0.0; na * ns * 3 * k];
+    for s in 0..ns {
+        for a in 0..na {
+            for i in 0..k {
+                for (c, value) in solution[(s * na + a) * k + i].iter().enumerate() {
+                    values[((a * ns + s) * 3 + c) * k + i] = *value;
+                }
+            }
+        }
+    }
+    Ok(values)
+}
+
+/// The nodes around a value and their weights; an axis of one node has it for every value.
 fn corners_of(axis: &Axis, value: f64) -> [(usize, f64); 2] {
+    if axis.len() == 1 {
+        return [(0, 1.0), (0, 0.0)];
+    }
     axis.cell_from_value(value).map_or([(0, 0.0); 2], |c| {
         [(c.lower, 1.0 - c.fraction), (c.lower + 1, c.fraction)]
     })
 }
 
-fn normal_equations(map: &SkyMap) -> Normal {
-    const K: usize = extended::TERMS;
-    let mut normal = Normal {
-        matrix: vec![0.0; K * K],
-        right: vec![[0.0; 3]; K],
-    };
-    let mut used = 0.0;
-    for (d, light) in map.directions.iter().zip(&map.sky) {
-        // a direction without light has no color to fit
-        if light.luminance_cd_m2 <= 0.0 {
-            continue;
+impl MapEquations {
+    /// Of a map that counts for so many maps.
+    #[must_use]
+    pub fn of(map: &SkyMap, weight: f64) -> Self {
+        const K: usize = extended::TERMS;
+        let mut matrix = vec![0.0; K * K];
+        let mut right = vec![[0.0; 3]; K];
+        let mut used = 0.0;
+        for (d, light) in map.directions.iter().zip(&map.sky) {
+            // a direction without light has no color to fit
+            if light.luminance_cd_m2 <= 0.0 {
+                continue;
+            }
+            let row = extended::basis_in(d, &map.conditions).map(f64::from);
+            let target = [light.luminance_cd_m2.ln(), light.x, light.y];
+            used += 1.0;
+            for i in 0..K {
+                for j in 0..K {
+                    matrix[i * K + j] += row[i] * row[j];
+                }
+                for (right, target) in right[i].iter_mut().zip(target) {
+                    *right += row[i] * target;
+                }
+            }
         }
-        let row = extended::basis_in(d, &map.conditions).map(f64::from);
-        let target = [light.luminance_cd_m2.ln(), light.x, light.y];
-        used += 1.0;
-        for i in 0..K {
-            for j in 0..K {
-                normal.matrix[i * K + j] += row[i] * row[j];
-            }
-            for (right, target) in normal.right[i].iter_mut().zip(target) {
-                *right += row[i] * target;
-            }
+        let share = if used > 0.0 { 1.0 / used } else { 0.0 };
+        matrix.iter_mut().for_each(|m| *m *= share);
+        right.iter_mut().flatten().for_each(|r| *r *= share);
+        Self {
+            altitude_km: map.conditions.observer_altitude.km(),
+            sun_zenith_deg: map.conditions.sun_zenith.degrees(),
+            weight,
+            matrix,
+            right,
         }
     }
-    let share = if used > 0.0 { 1.0 / used } else { 0.0 };
-    normal.matrix.iter_mut().for_each(|m| *m *= share);
-    normal.right.iter_mut().flatten().for_each(|r| *r *= share);
-    normal
 }

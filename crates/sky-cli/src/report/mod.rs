@@ -16,7 +16,7 @@ pub(crate) mod chart;
 mod long_table;
 pub(crate) mod page;
 mod physics;
-mod picture;
+pub(crate) mod picture;
 pub(crate) use picture::png_address;
 mod skies;
 mod summary;

@@ -43,7 +43,7 @@ pub(super) fn byte(share: f64) -> u8 {
 /// The grid on which skies are computed for pictures: zenith angles to just above the geometric
 /// horizon and azimuths over half the circle, both closer near the sun's azimuth and the horizon.
 #[derive(Clone, Debug)]
-pub(super) struct Grid {
+pub(crate) struct Grid {
     zenith: Vec<Angle>,
     azimuth: Vec<Angle>,
 }
@@ -52,7 +52,7 @@ const ZENITHS: u8 = 34;
 const AZIMUTHS: u8 = 31;
 
 impl Grid {
-    pub(super) fn new(conditions: &Conditions) -> Self {
+    pub(crate) fn new(conditions: &Conditions) -> Self {
         let end = horizon_zenith(conditions.observer_altitude).degrees() - 0.1;
         // s is 0–1; 1.6 s − 0.6 s² closes up towards 1, s² towards 0.
         let zenith = (0..ZENITHS).map(|i| {
@@ -70,7 +70,7 @@ impl Grid {
     }
 
     /// Ring by ring.
-    pub(super) fn directions(&self) -> Vec<SkyDirection> {
+    pub(crate) fn directions(&self) -> Vec<SkyDirection> {
         let ring = |view_zenith| {
             self.azimuth
                 .iter()
@@ -109,6 +109,39 @@ pub(super) fn triple(
     truth: &[Yxy],
     fit: Option<&[Yxy]>,
 ) -> Result<[Option<String>; 3]> {
+    let address =
+        |tile: Vec<u8>| -> Result<String> { Ok(png_address(&png(&tile, PIXELS.into())?)) };
+    let [truth, fit, difference] = tiles(conditions, grid, truth, fit);
+    Ok([
+        truth.map(address).transpose()?,
+        fit.map(address).transpose()?,
+        difference.map(address).transpose()?,
+    ])
+}
+
+/// Truth, another sky and their difference side by side, as a PNG file.
+pub(crate) fn strip(
+    conditions: &Conditions,
+    grid: &Grid,
+    truth: &[Yxy],
+    other: &[Yxy],
+) -> Result<Vec<u8>> {
+    let tiles = tiles(conditions, grid, truth, Some(other));
+    let row_bytes = 4 * usize::from(PIXELS);
+    let rows = (0..usize::from(PIXELS)).flat_map(|row| {
+        let of_tile = move |tile: &Vec<u8>| tile[row * row_bytes..(row + 1) * row_bytes].to_vec();
+        tiles.iter().flatten().flat_map(of_tile)
+    });
+    png(&rows.collect::<Vec<u8>>(), 3 * u32::from(PIXELS))
+}
+
+/// Truth, fit and their difference, as pixels with alpha.
+fn tiles(
+    conditions: &Conditions,
+    grid: &Grid,
+    truth: &[Yxy],
+    fit: Option<&[Yxy]>,
+) -> [Option<Vec<u8>>; 3] {
     let white = white_luminance(truth).unwrap_or(1.0);
     let exposure = MIDDLE_GRAY * WHITE_PER_MEDIAN_LUMINANCE / white;
     let linear = |map: &[Yxy]| -> Vec<[f64; 3]> {
@@ -140,11 +173,11 @@ pub(super) fn triple(
             }
         })
     };
-    Ok([
-        Some(developed(truth)?),
-        fit.map(developed).transpose()?,
-        fit.map(difference).transpose()?,
-    ])
+    [
+        Some(developed(truth)),
+        fit.map(developed),
+        fit.map(difference),
+    ]
 }
 
 fn render(
@@ -152,7 +185,7 @@ fn render(
     grid: &Grid,
     map: &[[f64; 3]],
     color: impl Fn([f64; 3], &SkyDirection) -> [u8; 3],
-) -> Result<String> {
+) -> Vec<u8> {
     let rim = horizon_zenith(conditions.observer_altitude).radians();
     let radius = 0.5 * f64::from(PIXELS);
     let mut pixels = Vec::with_capacity(usize::from(PIXELS) * usize::from(PIXELS) * 4);
@@ -173,16 +206,16 @@ fn render(
             pixels.push(byte((1.0 - distance) * radius));
         }
     }
+    pixels
+}
+
+/// Pixels with alpha as a PNG file.
+fn png(pixels: &[u8], width: u32) -> Result<Vec<u8>> {
     let mut png = Vec::new();
     PngEncoder::new_with_quality(&mut png, CompressionType::Best, FilterType::Adaptive)
-        .write_image(
-            &pixels,
-            PIXELS.into(),
-            PIXELS.into(),
-            ExtendedColorType::Rgba8,
-        )
+        .write_image(pixels, width, PIXELS.into(), ExtendedColorType::Rgba8)
         .map_err(|error| anyhow!("report: a picture could not be encoded: {error}"))?;
-    Ok(png_address(&png))
+    Ok(png)
 }
 
 /// A PNG file as a data address.

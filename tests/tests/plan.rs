@@ -1,0 +1,326 @@
+//! `utm-sky plan`: scenes become the smallest tables that meet their tolerance.
+
+mod cli_support;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use cli_support::{refuse, succeed};
+use sky_cli::args::PlanTerm;
+use sky_cli::plan::scene::Scene;
+use sky_cli::plan::{Plan, Planned, plan_scene, verify_plan, visibility};
+use sky_core::lut::Lut;
+use sky_core::sky_model::Domain;
+use sky_core::utm_sky::UtmSky;
+use tempfile::tempdir;
+
+fn scenes() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../profiles/scenes")
+}
+
+fn shipped(name: &str) -> Scene {
+    Scene::load(&scenes().join(format!("{name}.toml"))).expect("a shipped scene")
+}
+
+/// The plan of the runway; several tests look at it.
+fn runway() -> &'static Planned {
+    static PLANNED: OnceLock<Planned> = OnceLock::new();
+    PLANNED.get_or_init(|| plan_scene(&shipped("runway_noon")).expect("a plan"))
+}
+
+/// A small scene with two values that tests change.
+fn small_scene(altitude: &str, tolerance: &str) -> String {
+    format!(
+        "{altitude}\nsun_zenith_deg = [30.0, 40.0]\nfarthest_object_km = 10.0\n\
+         [haze]\nturbidity = 2.0\n[view]\nfield_of_view_deg = 60.0\npixels = 1000\n\
+         [tolerance]\n{tolerance}\n"
+    )
+}
+
+#[test]
+fn the_shipped_scenes_are_good() {
+    let mut found = 0;
+    for entry in fs::read_dir(scenes()).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|e| e == "toml") {
+            Scene::load(&path).unwrap();
+            found += 1;
+        }
+    }
+    assert_eq!(found, 7);
+}
+
+#[test]
+fn a_runway_at_noon_takes_four_kibibytes() {
+    let planned = runway();
+    let bytes = planned.lut.encode();
+    assert!(bytes.len() <= 4096, "{}", bytes.len());
+    assert_eq!(bytes.len(), planned.plan.expected.bytes);
+    // on cases that the search has not seen
+    let found = verify_plan(&planned.plan, planned.lut.clone(), 200, 77).unwrap();
+    assert!(
+        found.delta_e_p95 <= planned.plan.tolerance.delta_e,
+        "{found:?}"
+    );
+    assert!(
+        found.luminance_p95 <= planned.plan.tolerance.luminance,
+        "{found:?}"
+    );
+    // the file is the whole of it: the same table is baked from it
+    let text = toml::to_string(&planned.plan).unwrap();
+    let read: Plan = toml::from_str(&text).unwrap();
+    assert_eq!(read, planned.plan);
+    assert_eq!(read.bake().unwrap().encode(), bytes);
+}
+
+/// Nothing can be taken away: every node and every product is needed.
+fn is_minimal(planned: &Planned) {
+    assert!(planned.plan.expected.delta_e_p95 <= planned.aim.delta_e);
+    assert!(planned.plan.expected.luminance_p95 <= planned.aim.luminance);
+    assert!(planned.removals.len() >= planned.plan.terms.len());
+    for removal in &planned.removals {
+        let breaks =
+            removal.delta_e > planned.aim.delta_e || removal.luminance > planned.aim.luminance;
+        assert!(breaks && removal.ratio > 1.0, "{removal:?}");
+    }
+}
+
+#[test]
+fn a_plan_has_nothing_to_spare() {
+    is_minimal(runway());
+    // an airliner on a day of one haze
+    let text = fs::read_to_string(scenes().join("airliner_day.toml")).unwrap();
+    let text = text.replace("turbidity = [1.5, 4.0]", "turbidity = 2.0");
+    is_minimal(&plan_scene(&Scene::from_toml("one_haze", &text).unwrap()).unwrap());
+}
+
+#[test]
+fn bad_scenes_are_told_by_field() {
+    let directory = tempdir().unwrap();
+    let good = "altitude_km = [0.0, 0.1]";
+    let tolerance = "delta_e = 2.0\nluminance = 0.1";
+    for (altitude, tolerance, words) in [
+        (
+            "altitude_km = [0.0, 31.0]",
+            tolerance,
+            ["altitude_km", "0 to 30, found 31"],
+        ),
+        (
+            "altitude_km = [2.0, 1.0]",
+            tolerance,
+            ["altitude_km", "found 2 before 1"],
+        ),
+        (
+            "altitude_km = 1.0\nheight = 2",
+            tolerance,
+            ["unknown field", "height"],
+        ),
+        (
+            "ground_albedo = 0.1",
+            tolerance,
+            ["missing field", "altitude_km"],
+        ),
+        (
+            "altitude_km = 1.0\nground_albedo = 1.5",
+            tolerance,
+            ["ground_albedo", "found 1.5"],
+        ),
+        (
+            good,
+            "delta_e = 2.0",
+            ["tolerance", "expected delta_e and luminance"],
+        ),
+        (
+            good,
+            "delta_e = -1.0\nluminance = 0.1",
+            ["tolerance.delta_e", "found -1"],
+        ),
+    ] {
+        fs::write(
+            directory.path().join("bad.toml"),
+            small_scene(altitude, tolerance),
+        )
+        .unwrap();
+        refuse(
+            directory.path(),
+            "plan bad.toml",
+            &["bad.toml", words[0], words[1]],
+        );
+    }
+    let night = small_scene(good, tolerance).replace(
+        "sun_zenith_deg = [30.0, 40.0]",
+        "place = { latitude_deg = 47.0, longitude_deg = 11.0, dates = [\"2025-12-21\"], hours_utc = [8.0, 20.0] }",
+    );
+    fs::write(directory.path().join("bad.toml"), night).unwrap();
+    refuse(
+        directory.path(),
+        "plan bad.toml",
+        &["bad.toml", "place.hours_utc", "2025-12-21"],
+    );
+    let twice =
+        small_scene(good, tolerance).replace("turbidity = 2.0", "turbidity = 2.0\naod500 = 0.1");
+    fs::write(directory.path().join("bad.toml"), twice).unwrap();
+    refuse(
+        directory.path(),
+        "plan bad.toml",
+        &["bad.toml", "haze", "one of turbidity"],
+    );
+    refuse(
+        directory.path(),
+        "plan none.toml",
+        &["none.toml", "expected a file"],
+    );
+    assert!(!directory.path().join("plan.toml").exists());
+}
+
+#[test]
+fn an_impossible_tolerance_is_refused_with_what_limits_it() {
+    let directory = tempdir().unwrap();
+    let scene = small_scene("altitude_km = 0.1", "delta_e = 0.01\nluminance = 0.001");
+    fs::write(directory.path().join("scene.toml"), scene).unwrap();
+    refuse(
+        directory.path(),
+        "plan scene.toml --out plan.toml",
+        &[
+            "scene.toml",
+            "best that can be reached",
+            "what limits it: the formula",
+        ],
+    );
+    assert!(!directory.path().join("plan.toml").exists());
+    let scene = small_scene(
+        "altitude_km = 0.1",
+        "delta_e = 4.0\nluminance = 0.3\n[budget]\nbytes = 100",
+    );
+    fs::write(directory.path().join("scene.toml"), scene).unwrap();
+    refuse(
+        directory.path(),
+        "plan scene.toml --out plan.toml",
+        &["scene.toml", "budget.bytes", "found 100", "what limits it"],
+    );
+}
+
+#[test]
+fn a_plan_is_baked_and_refuses_what_lies_outside() {
+    let directory = tempdir().unwrap();
+    let text = toml::to_string(&runway().plan).unwrap();
+    fs::write(directory.path().join("plan.toml"), &text).unwrap();
+    succeed(directory.path(), "generate --plan plan.toml --out baked");
+    let bytes = fs::read(directory.path().join("baked/sky.utmlut")).unwrap();
+    assert!(directory.path().join("baked/coefficients.csv").is_file());
+    let lut = Lut::decode(&bytes).unwrap();
+    assert_eq!(lut, runway().lut);
+    assert_eq!(lut.header().domain, runway().plan.domain());
+    assert_eq!(lut.header().terms, runway().plan.terms);
+    let ask = "sky --lut baked/sky.utmlut --visual-range-km 40 --out sky.csv";
+    succeed(
+        directory.path(),
+        &format!("{ask} --altitude-km 0.2 --sun-zenith-deg 30"),
+    );
+    for (outside, word) in [
+        ("--altitude-km 0.4 --sun-zenith-deg 30", "altitude"),
+        ("--altitude-km 0.2 --sun-zenith-deg 60", "sun zenith"),
+    ] {
+        refuse(
+            directory.path(),
+            &format!("{ask} {outside}"),
+            &["baked/sky.utmlut", word, "outside"],
+        );
+    }
+    let hazy = ask.replace("visual-range-km 40", "visual-range-km 20");
+    refuse(
+        directory.path(),
+        &format!("{hazy} --altitude-km 0.2 --sun-zenith-deg 30"),
+        &["turbidity", "outside"],
+    );
+    // what draws pictures takes it as any other table
+    succeed(
+        directory.path(),
+        "render --lut baked/sky.utmlut --visual-range-km 40 --altitude-km 0.2 --sun-zenith-deg 30 \
+         --backend cpu --size 16x9 --out sky.png",
+    );
+    let verified = succeed(
+        directory.path(),
+        "plan --verify plan.toml --lut baked/sky.utmlut --cases 20 --seed 5",
+    );
+    assert!(
+        verified.stdout.contains("20 random cases"),
+        "{}",
+        verified.stdout
+    );
+    refuse(
+        directory.path(),
+        "generate --plan plan.toml --grid seed",
+        &["--grid"],
+    );
+    fs::write(
+        directory.path().join("plan.toml"),
+        text.replace("\"a3\"", "\"a4\""),
+    )
+    .unwrap();
+    refuse(
+        directory.path(),
+        "generate --plan plan.toml",
+        &["plan.toml", "terms", "a4"],
+    );
+}
+
+#[test]
+fn a_table_may_lack_products_and_altitudes() {
+    let lut = &runway().lut;
+    assert!(lut.term_slots().len() < 22);
+    let sky = UtmSky::new(lut.clone());
+    let air = sky_core::aerial::AerialFrame::new(
+        &sky,
+        runway().plan.domain().turbidity[0],
+        sky_core::quantity::Angle::from_degrees(30.0),
+    )
+    .unwrap();
+    assert!(air.layers >= 2);
+    let path = air.path(0.1, [1.0, 0.0, 0.0], 5.0);
+    let all = path.inscatter.iter().chain(&path.transmittance);
+    assert!(
+        all.into_iter().all(|v| v.is_finite() && *v >= 0.0),
+        "{path:?}"
+    );
+}
+
+#[test]
+fn a_term_is_explained_with_a_picture() {
+    let directory = tempdir().unwrap();
+    let scene = small_scene("altitude_km = 0.1", "delta_e = 2.0\nluminance = 0.1");
+    fs::write(directory.path().join("scene.toml"), scene).unwrap();
+    let said = succeed(
+        directory.path(),
+        "plan scene.toml --out plan.toml --explain ground",
+    );
+    assert!(
+        said.stdout.contains("without ground: CIEDE2000"),
+        "{}",
+        said.stdout
+    );
+    let png = fs::read(directory.path().join("without_ground.png")).unwrap();
+    assert!(png.starts_with(b"\x89PNG"));
+    assert!(!directory.path().join("plan.toml").exists());
+}
+
+/// The report of 2005, 5.4.1.1, has it that absorption is futile for the blue zenith at sunset. It is
+/// ozone that keeps the zenith blue: Hulburt 1953.
+#[test]
+fn ozone_is_not_futile_for_the_zenith_at_sunset() {
+    let domain = Domain {
+        altitude_km: [0.0, 30.0],
+        turbidity: [2.0, 2.0],
+        sun_zenith_deg: [85.0, 94.0],
+        below_horizontal: true,
+    };
+    let zenith = sky_cli::plan::zenith_without_ozone(Path::new("general"), &domain).unwrap();
+    // ΔE by altitude and sun; the least at the top, above most of the ozone
+    let least = zenith.iter().map(|(_, e)| *e).fold(f64::INFINITY, f64::min);
+    let most = zenith.iter().map(|(_, e)| *e).fold(0.0, f64::max);
+    assert!(most > 10.0, "{zenith:?}");
+    assert!(least < most / 3.0, "{zenith:?}");
+    let over_all = visibility(Path::new("general"), 0.2, &domain, PlanTerm::Ozone).unwrap();
+    assert!(over_all.directions_seen > 0.9, "{over_all:?}");
+}
