@@ -11,12 +11,11 @@ use std::sync::{LazyLock, Mutex};
 use glam::Vec3;
 use sky_cli::evaluate::conditions;
 use sky_cli::render::{Painter, Pixels, Shot, draw_on_cpu, facing, looking};
-use sky_core::color::{LinearSrgb, linear_from_encoded, xyz_from_linear_srgb, yxy_from_xyz};
-use sky_core::metrics::ciede2000_of_lights;
+use sky_core::color::{LinearSrgb, xyz_from_linear_srgb, yxy_from_xyz};
+use sky_core::metrics::{ciede2000_of_lights, white_luminance};
 use sky_core::picture::Picture;
 use sky_core::quantity::{Angle, Length};
 use sky_core::sky_model::Yxy;
-use sky_core::tonemap::Tone;
 use sky_core::utm_sky::UtmSky;
 use sky_gpu::headless::Headless;
 use sky_gpu::{Camera, Dome, Exposure, Projection, SkyFrame, SkyRenderer, Tier};
@@ -76,16 +75,12 @@ fn linear(pixels: &Pixels) -> Vec<[f32; 3]> {
     }
 }
 
-/// Colors of an 8-bit picture as lights relative to white.
+/// Colors of a linear picture as lights.
 fn lights(pixels: &Pixels) -> Vec<Yxy> {
-    let Pixels::Srgb8(bytes) = pixels else {
-        panic!("an 8-bit picture was asked for");
-    };
-    bytes
-        .chunks_exact(3)
-        .map(|p| {
-            let [red, green, blue] =
-                [p[0], p[1], p[2]].map(|b| linear_from_encoded(f64::from(b) / 255.0));
+    linear(pixels)
+        .into_iter()
+        .map(|rgb| {
+            let [red, green, blue] = rgb.map(f64::from);
             yxy_from_xyz(xyz_from_linear_srgb(LinearSrgb { red, green, blue }))
         })
         .collect()
@@ -164,6 +159,7 @@ fn the_shader_agrees_with_its_twin() {
     );
 }
 
+/// In linear light: of an 8-bit picture one code more or less in the shadows is a ΔE of 1 by itself.
 #[test]
 fn every_tier_draws_the_evaluator_s_picture() {
     let tiers = [
@@ -180,15 +176,15 @@ fn every_tier_draws_the_evaluator_s_picture() {
             (30.0, 2.0, 40.0),
         ] {
             let mut shot = shot(altitude, turbidity, sun, camera);
-            shot.tone = Some(Tone::Neutral);
             let expected = lights(&draw_on_cpu(&SKY, &shot).expect("a picture"));
+            let white = white_luminance(&expected).expect("a picture with light");
             for (name, tier, limit) in tiers {
                 shot.tier = tier;
                 let found = lights(&on_gpu(&shot));
                 let errors: Vec<f64> = found
                     .iter()
                     .zip(&expected)
-                    .map(|(f, e)| ciede2000_of_lights(*f, *e, 1.0))
+                    .map(|(f, e)| ciede2000_of_lights(*f, *e, white))
                     .collect();
                 let error = p99(errors);
                 println!(
