@@ -101,14 +101,16 @@ fn the_sky_darkens_steadily_from_sunset_to_the_end_of_twilight() {
 fn an_observer_on_a_level_sees_what_one_beside_it_sees() {
     let solved = solve(0.3, 0.2);
     let directions = directions();
-    // levels of the field and of the optics; the engine's own accuracy is 1 %
+    // levels of the field and of the optics; the engine's own accuracy is 1 %, and in twilight, where
+    // rays graze the Earth's shadow, 2 %
     for km in [0.1, 0.6, 2.9, 12.5, 27.0] {
         for sun in [30.0, 85.0, 92.0] {
             let [below, here, above] =
                 [km - 1e-6, km, km + 1e-6].map(|h| radiance(&solved, h, sun, &directions));
+            let limit = if sun < 90.0 { 1e-2 } else { 2e-2 };
             for ((b, h), a) in below.iter().zip(&here).zip(&above) {
                 assert!(
-                    (b - h).abs() <= 1e-2 * h && (a - h).abs() <= 1e-2 * h,
+                    (b - h).abs() <= limit * h && (a - h).abs() <= limit * h,
                     "{km} km, sun {sun}: {b} {h} {a}"
                 );
             }

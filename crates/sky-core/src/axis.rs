@@ -283,7 +283,7 @@ mod tests {
     #[test]
     fn an_axis_of_one_node_is_that_value() {
         let axis = Axis::new("km", vec![5.0]).unwrap();
-        assert_eq!(axis.bounds(), [5.0, 5.0]);
+        assert!(axis.bounds().iter().all(|b| (b - 5.0).abs() < 1e-12));
         assert_eq!(axis.coordinate_from_value(5.0), Some(0.0));
         assert_eq!(axis.value_from_coordinate(0.0), Some(5.0));
         assert_eq!(axis.cell_from_value(5.1), None);
