@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use cli_support::{refuse, succeed};
+use cli_support::{names, refuse, succeed};
 use sky_cli::args::PlanTerm;
 use sky_cli::plan::scene::Scene;
 use sky_cli::plan::{Plan, Planned, plan_scene, verify_plan, visibility};
@@ -171,7 +171,7 @@ fn bad_scenes_are_told_by_field() {
         "plan none.toml",
         &["none.toml", "expected a file"],
     );
-    assert!(!directory.path().join("plan.toml").exists());
+    assert_eq!(names(directory.path()), ["bad.toml"]);
 }
 
 #[test]

@@ -11,7 +11,7 @@ use sky_core::extended::TERM_NAMES;
 use sky_core::lut::{
     CHANNELS, ErrorQuantiles, FitStatistics, Form, Interpolation, Lut, LutHeader, Storage,
 };
-use sky_core::sky_model::{Domain, SkyModel as _};
+use sky_core::sky_model::{Domain, SkyModel};
 use sky_core::utm_sky::UtmSky;
 use sky_fit::sweep::{SkyMap, fit_turbidity};
 use sky_sim::optics::{Constituents, OpticsSettings, WAVELENGTH_STEPS_NM};
@@ -21,6 +21,7 @@ use super::space::{Lattice, middle, ranges};
 use crate::atmosphere::{load_profile, profile_hash};
 use crate::files::read_text;
 use crate::generate::statistics;
+use crate::tiers::{BakedSky, DomeSky};
 use crate::truth::{DOMAIN, TransportSky};
 
 /// Three numbers or ranges, one an axis.
@@ -39,10 +40,36 @@ pub struct Axes<T> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PlannedTier {
-    /// The formula at every pixel.
-    Fragment,
+    /// A dome of 271 corners, blended between them.
+    Vertex,
     /// A small texture, one fetch a pixel.
     Baked,
+    /// The formula at every pixel.
+    Fragment,
+}
+
+impl PlannedTier {
+    /// Every tier, the cheapest first.
+    pub const ALL: [Self; 3] = [Self::Vertex, Self::Baked, Self::Fragment];
+
+    /// The name in files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Vertex => "vertex",
+            Self::Baked => "baked",
+            Self::Fragment => "fragment",
+        }
+    }
+
+    /// A table's sky as this tier draws it.
+    pub(super) fn drawn(self, sky: UtmSky) -> Box<dyn SkyModel> {
+        match self {
+            Self::Vertex => Box::new(DomeSky::new(sky)),
+            Self::Baked => Box::new(BakedSky::new(sky)),
+            Self::Fragment => Box::new(sky),
+        }
+    }
 }
 
 /// Which aerial perspective.

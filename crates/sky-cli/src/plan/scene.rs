@@ -380,7 +380,7 @@ impl PlaceFile {
                     .at_from_julian(time, location, 0.0, None)
                     .map_err(at)?;
                 let zenith = sun.zenith_angle();
-                if !(zenith <= DOMAIN.sun_zenith_deg[1]) {
+                if !(..=DOMAIN.sun_zenith_deg[1]).contains(&zenith) {
                     bail!(
                         "place.hours_utc: expected the sun within {} deg of the zenith, found {zenith:.1} deg on {date} at {hour:.2} h UTC",
                         DOMAIN.sun_zenith_deg[1]

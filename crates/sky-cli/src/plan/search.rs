@@ -86,6 +86,9 @@ pub(super) struct Trial {
 
 type Key = Vec<u64>;
 
+/// What edits lead to.
+pub(super) type Neighbors = Vec<(Edit, Trial)>;
+
 /// Everything that trials need.
 pub(super) struct Search<'a> {
     pub(super) lattice: Lattice<'a>,
@@ -312,7 +315,7 @@ impl<'a> Search<'a> {
     }
 
     /// Measures what edits lead to, in their order.
-    pub(super) fn trials(&mut self, choice: &Choice, edits: &[Edit]) -> Result<Vec<(Edit, Trial)>> {
+    pub(super) fn trials(&mut self, choice: &Choice, edits: &[Edit]) -> Result<Neighbors> {
         let choices: Vec<(Edit, Choice)> = edits
             .iter()
             .filter_map(|edit| Some((*edit, self.edited(choice, *edit)?)))
@@ -370,7 +373,7 @@ impl<'a> Search<'a> {
 
     /// Takes out what is not needed. The result, and what each further removal would lead to: all
     /// of them break the aim.
-    pub(super) fn prune(&mut self, from: Trial) -> Result<(Trial, Vec<(Edit, Trial)>)> {
+    pub(super) fn prune(&mut self, from: Trial) -> Result<(Trial, Neighbors)> {
         let mut current = from;
         loop {
             let edits = self.removals(&current.choice);
@@ -418,10 +421,10 @@ impl<'a> Search<'a> {
 
     /// The smallest table that was found, and what breaks it; the trial that came closest where the
     /// aim was not met.
-    pub(super) fn run(&mut self) -> Result<(Trial, Option<Vec<(Edit, Trial)>>)> {
+    pub(super) fn run(&mut self) -> Result<(Trial, Option<Neighbors>)> {
         let start = self.start();
         let mut grown = self.trial(start)?;
-        let mut best: Option<(Trial, Vec<(Edit, Trial)>)> = None;
+        let mut best: Option<(Trial, Neighbors)> = None;
         // nodes to spare let products go
         for goal in [1.0, 0.8] {
             grown = self.grow(grown, goal)?;

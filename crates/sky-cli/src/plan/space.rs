@@ -430,7 +430,8 @@ mod tests {
             below_horizontal: true,
         };
         for (places, range) in candidates(&domain).iter().zip(ranges(&domain)) {
-            assert_eq!([places[0], places[places.len() - 1]], range);
+            let ends = [places[0], places[places.len() - 1]];
+            assert_eq!(ends.map(f64::to_bits), range.map(f64::to_bits));
             assert!(places.is_sorted_by(|a, b| a < b), "{places:?}");
         }
         for (axis, range) in ranges(&domain).into_iter().enumerate() {
