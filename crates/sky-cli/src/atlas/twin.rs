@@ -2,14 +2,23 @@
 //! coefficients rounded to half precision.
 
 use sky_core::air_mass::{chapman_air_mass, radius_in_scale_heights};
-use sky_core::direction::SkyDirection;
+use sky_core::direction::{SkyDirection, horizon_zenith};
 use sky_core::extended::{self, Coefficients, Radii, SCALE_HEIGHTS_KM, TERMS, single};
 use sky_core::quantity::{Angle, Length};
 use sky_core::sky_model::{Conditions, Yxy};
+use sky_core::utm_sky::LOWEST_RING_DEG;
+
+/// Cosine of the zenith angle of the lowest ring that a table is fitted to, as [`SkyFrame`] has it.
+///
+/// [`SkyFrame`]: sky_core::utm_sky::SkyFrame
+fn lowest(altitude: Length) -> f64 {
+    let ring = Angle::from_degrees(LOWEST_RING_DEG).radians();
+    (horizon_zenith(altitude).radians() - ring).cos()
+}
 
 /// The products of [`extended::basis`] in double precision.
 fn basis(direction: &SkyDirection, altitude: Length, sun_zenith: Angle) -> [f64; TERMS] {
-    let cosine = direction.view_zenith.radians().cos();
+    let cosine = direction.view_zenith.radians().cos().max(lowest(altitude));
     let [air, haze] = SCALE_HEIGHTS_KM.map(|h| {
         chapman_air_mass(
             cosine,
@@ -81,7 +90,13 @@ pub(super) fn with_coefficients(
 ) -> Yxy {
     let sun = conditions.sun_zenith;
     let products = extended::basis(
-        single(direction.view_zenith.radians().cos()),
+        single(
+            direction
+                .view_zenith
+                .radians()
+                .cos()
+                .max(lowest(conditions.observer_altitude)),
+        ),
         radii,
         single(direction.scattering_angle(sun).radians()),
         single(direction.cos_scattering_angle(sun)),
