@@ -45,6 +45,7 @@ pub enum Command {
     /// Compare every sky: error against cost, on one chart
     Chart(ChartArgs),
     /// List the skies that can be compared, with citation and domain
+    #[command(after_help = "Example:\n  utm-sky models")]
     Models,
     /// Print what a scene is lit with: sun, sky, spherical harmonics
     Light(LightArgs),

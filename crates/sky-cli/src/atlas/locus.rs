@@ -99,7 +99,7 @@ mod tests {
         ] {
             assert!(locus.outside(x, y) <= 0.0, "{x} {y}");
         }
-        for (x, y) in [(0.0, 0.0), (0.7, 0.7), (0.1, 0.3), (0.5, 0.1), (0.3, -0.1)] {
+        for (x, y) in [(0.0, 0.0), (0.7, 0.7), (0.02, 0.3), (0.5, 0.1), (0.3, -0.1)] {
             let outside = locus.outside(x, y);
             assert!(outside > 0.01, "{x} {y}: {outside}");
         }
