@@ -14,9 +14,10 @@ const BAKED_GROUND: f32 = 40.0;
 fn baked_from_direction(direction: vec3<f32>) -> vec2<f32> {
     let flat_squared = max(direction.x * direction.x + direction.y * direction.y, 1e-12);
     let across = sqrt(clamp(0.5 - 0.5 * direction.x * inverseSqrt(flat_squared), 0.0, 1.0));
-    let height = direction.z - sky.place.z;
+    let cos_horizon = place_of_sun().z;
+    let height = direction.z - cos_horizon;
     let above = is_sky(direction);
-    let whole = select(1.0 + sky.place.z, 1.0 - sky.place.z, above);
+    let whole = select(1.0 + cos_horizon, 1.0 - cos_horizon, above);
     let away = min(sqrt(abs(height) / whole), 1.0);
     let texels = select(1.0 - BAKED_GROUND, BAKED_HEIGHT - BAKED_GROUND - 1.0, above);
     let edge = BAKED_GROUND + select(-0.5, 0.5, above);
@@ -55,12 +56,15 @@ fn bake_ground(in: ScreenVertex) -> @location(0) vec4<f32> {
 
 fn baked_light(direction: vec3<f32>) -> vec3<f32> {
     let uv = baked_from_direction(direction) / vec2<f32>(BAKED_WIDTH, BAKED_HEIGHT);
-    return textureSampleLevel(baked_texture, baked_sampler, uv, 0.0).xyz * sky.debug.z;
+    return textureSampleLevel(baked_texture, baked_sampler, uv, 0.0).xyz * baked_scale();
 }
 
 // The formula for the sky, the texture for the ground.
 fn light_from(direction: vec3<f32>) -> vec3<f32> {
-    return select(baked_light(direction), sky_light(direction), is_sky(direction)) + sun_disc(direction);
+    if (is_sky(direction)) {
+        return sky_light(direction) + sun_disc(direction);
+    }
+    return baked_light(direction);
 }
 
 @fragment

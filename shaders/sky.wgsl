@@ -27,8 +27,7 @@ fn ray_of(clip: vec2<f32>) -> vec3<f32> {
     return world.xyz / world.w;
 }
 
-@vertex
-fn screen_vertex(@builtin(vertex_index) index: u32) -> ScreenVertex {
+fn screen_corner(index: u32) -> ScreenVertex {
     let clip = vec2<f32>(f32((index << 1u) & 2u) * 2.0 - 1.0, f32(index & 2u) * 2.0 - 1.0);
     var out: ScreenVertex;
     out.position = vec4<f32>(clip, view.dome.w, 1.0);
@@ -36,6 +35,11 @@ fn screen_vertex(@builtin(vertex_index) index: u32) -> ScreenVertex {
     let ray = ray_of(clip);
     out.ray = vec3<f32>(dot(sky.local_x.xyz, ray), dot(sky.local_y.xyz, ray), dot(sky.local_z.xyz, ray));
     return out;
+}
+
+@vertex
+fn screen_vertex(@builtin(vertex_index) index: u32) -> ScreenVertex {
+    return screen_corner(index);
 }
 
 // Directions of pictures that no matrix makes; w is 0 outside the picture.
@@ -75,7 +79,7 @@ fn ground_light(direction: vec3<f32>) -> vec3<f32> {
 }
 
 fn is_sky(direction: vec3<f32>) -> bool {
-    return direction.z >= sky.place.z - 2e-7;
+    return direction.z >= place_of_sun().z - 2e-7;
 }
 
 // Stripes that nobody takes for a sky.

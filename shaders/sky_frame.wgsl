@@ -30,17 +30,17 @@ struct SkyUniform {
 fn sky_yxy(cosine: f32, gamma: f32, mu: f32) -> vec3<f32> {
     // below the lowest fitted ring the sky is that ring's
     let basis = sky_basis(max(cosine, sky.debug.w), sky.radii, gamma, mu);
-    let a = sky.coefficients[0] * basis.a.x + sky.coefficients[1] * basis.a.y
-        + sky.coefficients[2] * basis.a.z + sky.coefficients[3] * basis.a.w;
-    let b = sky.coefficients[4] * basis.b.x + sky.coefficients[5] * basis.b.y
-        + sky.coefficients[6] * basis.b.z + sky.coefficients[7] * basis.b.w;
-    let c = sky.coefficients[8] * basis.c.x + sky.coefficients[9] * basis.c.y
-        + sky.coefficients[10] * basis.c.z + sky.coefficients[11] * basis.c.w;
-    let d = sky.coefficients[12] * basis.d.x + sky.coefficients[13] * basis.d.y
-        + sky.coefficients[14] * basis.d.z + sky.coefficients[15] * basis.d.w;
-    let e = sky.coefficients[16] * basis.e.x + sky.coefficients[17] * basis.e.y
-        + sky.coefficients[18] * basis.e.z + sky.coefficients[19] * basis.e.w;
-    let f = sky.coefficients[20] * basis.f.x + sky.coefficients[21] * basis.f.y;
+    let a = coefficient(0u) * basis.a.x + coefficient(1u) * basis.a.y
+        + coefficient(2u) * basis.a.z + coefficient(3u) * basis.a.w;
+    let b = coefficient(4u) * basis.b.x + coefficient(5u) * basis.b.y
+        + coefficient(6u) * basis.b.z + coefficient(7u) * basis.b.w;
+    let c = coefficient(8u) * basis.c.x + coefficient(9u) * basis.c.y
+        + coefficient(10u) * basis.c.z + coefficient(11u) * basis.c.w;
+    let d = coefficient(12u) * basis.d.x + coefficient(13u) * basis.d.y
+        + coefficient(14u) * basis.d.z + coefficient(15u) * basis.d.w;
+    let e = coefficient(16u) * basis.e.x + coefficient(17u) * basis.e.y
+        + coefficient(18u) * basis.e.z + coefficient(19u) * basis.e.w;
+    let f = coefficient(20u) * basis.f.x + coefficient(21u) * basis.f.y;
     let sum = ((a + b) + (c + d)) + (e + f);
     return vec3<f32>(exp(sum.x), sum.y, sum.z);
 }
@@ -56,12 +56,15 @@ fn to_local(world: vec3<f32>) -> vec3<f32> {
 
 // Light of the sun's disc, black outside it and below the horizon.
 fn sun_disc(direction: vec3<f32>) -> vec3<f32> {
-    let mu = direction.x * sky.place.x + direction.z * sky.place.y;
-    let across = direction.z * sky.place.x - direction.x * sky.place.y;
-    let from_center = sqrt(direction.y * direction.y + across * across) / sky.ground.w;
-    let limb = 1.0 - 0.6 * (1.0 - sqrt(max(1.0 - from_center * from_center, 0.0)));
-    let height = (direction.z - sky.sun_lower.w) / max(sky.sun_upper.w - sky.sun_lower.w, 1e-9);
-    let light = limb * mix(sky.sun_lower.xyz, sky.sun_upper.xyz, clamp(height, 0.0, 1.0));
-    let inside = mu > 0.0 && from_center < 1.0 && direction.z >= sky.place.z - 2e-7;
+    let sun = place_of_sun();
+    let upper = upper_limb();
+    let lower = lower_limb();
+    let mu = direction.x * sun.x + direction.z * sun.y;
+    let across = direction.z * sun.x - direction.x * sun.y;
+    let from_center = (direction.y * direction.y + across * across) / (sun.w * sun.w);
+    let limb = 1.0 - 0.6 * (1.0 - sqrt(max(1.0 - from_center, 0.0)));
+    let height = (direction.z - lower.w) / max(upper.w - lower.w, 1e-9);
+    let light = limb * mix(lower.xyz, upper.xyz, clamp(height, 0.0, 1.0));
+    let inside = mu > 0.0 && from_center < 1.0 && direction.z >= sun.z - 2e-7;
     return select(vec3<f32>(0.0, 0.0, 0.0), light, inside);
 }

@@ -7,9 +7,10 @@ use sky_gpu::shader;
 
 #[test]
 fn every_program_translates_to_every_language() {
-    for (name, last) in shader::PROGRAMS {
+    for program in shader::PROGRAMS {
+        let name = program.0;
         for float_target in [false, true] {
-            let text = shader::program(last, float_target);
+            let text = shader::text(program, float_target);
             for target in ShaderTarget::value_variants() {
                 let files = translate(name, &text, *target)
                     .unwrap_or_else(|error| panic!("{name} to {target:?}: {error:#}"));

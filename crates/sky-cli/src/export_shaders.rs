@@ -21,12 +21,13 @@ pub fn run(args: &ExportShadersArgs) -> Result<()> {
     let lut = load(&args.lut)?;
     create_directory(&args.out)?;
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
-    for (name, last) in shader::PROGRAMS {
-        files.extend(translate(name, &shader::program(last, false), args.target)?);
+    for program in shader::PROGRAMS {
+        let name = program.0;
+        files.extend(translate(name, &shader::text(program, false), args.target)?);
         let linear = format!("{name}_linear");
         files.extend(translate(
             &linear,
-            &shader::program(last, true),
+            &shader::text(program, true),
             args.target,
         )?);
     }

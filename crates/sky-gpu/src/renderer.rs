@@ -524,13 +524,15 @@ impl Layouts {
 
 impl Pipelines {
     fn new(device: &wgpu::Device, layouts: &Layouts, target: wgpu::TextureFormat) -> Self {
-        let module = |(name, last): (&str, shader::Part)| {
+        let module = |program: shader::Program| {
             device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some(name),
-                source: wgpu::ShaderSource::Wgsl(shader::program(last, is_float(target)).into()),
+                label: Some(program.0),
+                source: wgpu::ShaderSource::Wgsl(shader::text(program, is_float(target)).into()),
             })
         };
-        let [sky, dome, composite] = shader::PROGRAMS.map(module);
+        let sky = module(shader::SKY_PROGRAM);
+        let dome = module(shader::DOME_PROGRAM);
+        let composite = module(shader::COMPOSITE_PROGRAM);
         let pipeline = |module: &wgpu::ShaderModule,
                         third: Option<&wgpu::BindGroupLayout>,
                         [vertex, fragment]: [&str; 2],
@@ -571,11 +573,26 @@ impl Pipelines {
         let screen = |fragment| ["screen_vertex", fragment];
         let half = wgpu::TextureFormat::Rgba16Float;
         let (tex, scene) = (Some(&layouts.baked), Some(&layouts.scene));
+        let is_cpu = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
+        let flat = is_cpu.then(|| module(shader::FLAT_PROGRAM));
+        let perspective = |flat_entries, fragment| {
+            flat.as_ref().map_or_else(
+                || pipeline(&sky, tex, screen(fragment), target),
+                |flat| pipeline(flat, tex, flat_entries, target),
+            )
+        };
         Self {
-            fragment: ["sky_fragment", "sky_panorama"]
-                .map(|f| pipeline(&sky, tex, screen(f), target)),
-            baked: ["baked_fragment", "baked_panorama"]
-                .map(|f| pipeline(&sky, tex, screen(f), target)),
+            fragment: [
+                perspective(["flat_vertex", "flat_fragment"], "sky_fragment"),
+                pipeline(&sky, tex, screen("sky_panorama"), target),
+            ],
+            baked: [
+                perspective(
+                    ["flat_baked_vertex", "flat_baked_fragment"],
+                    "baked_fragment",
+                ),
+                pipeline(&sky, tex, screen("baked_panorama"), target),
+            ],
             dome: pipeline(&dome, None, ["dome_vertex", "dome_fragment"], target),
             composite: ["composite_fragment", "scene_fragment"]
                 .map(|f| pipeline(&composite, scene, screen(f), target)),

@@ -32,20 +32,37 @@ pub const DOME: Part = part!("dome.wgsl");
 /// Entry point of the depth-aware pass.
 pub const COMPOSITE: Part = part!("composite.wgsl");
 
+/// The frame's numbers from the uniform.
+pub const FRAME_UNIFORM: Part = part!("frame_uniform.wgsl");
+/// The frame's numbers from the vertices, with entry points of full-screen skies.
+pub const FLAT: Part = part!("flat.wgsl");
+
 /// What every program starts with, after the display.
 const COMMON: [Part; 5] = [COLOR, UTM_SKY, SKY_FRAME, AERIAL, SKY];
 
-/// The programs: name, and what stands after the common parts.
-pub const PROGRAMS: [(&str, Part); 3] = [("sky", BAKED), ("dome", DOME), ("composite", COMPOSITE)];
+/// A program: its name, and what stands after the common parts.
+pub type Program = (&'static str, [Part; 2]);
+
+/// Full-screen skies.
+pub const SKY_PROGRAM: Program = ("sky", [FRAME_UNIFORM, BAKED]);
+/// The dome.
+pub const DOME_PROGRAM: Program = ("dome", [FRAME_UNIFORM, DOME]);
+/// Air over a finished scene.
+pub const COMPOSITE_PROGRAM: Program = ("composite", [FRAME_UNIFORM, COMPOSITE]);
+/// Full-screen skies as a processor that plays GPU draws them fastest.
+pub const FLAT_PROGRAM: Program = ("flat", [BAKED, FLAT]);
+
+/// All programs.
+pub const PROGRAMS: [Program; 4] = [SKY_PROGRAM, DOME_PROGRAM, COMPOSITE_PROGRAM, FLAT_PROGRAM];
 
 /// The text of a program, for a float target that takes light or for one that shows a picture.
 #[must_use]
-pub fn program(last: Part, float_target: bool) -> String {
+pub fn text((_, last): Program, float_target: bool) -> String {
     let display = if float_target { LINEAR } else { TONEMAP };
     [display]
         .into_iter()
         .chain(COMMON)
-        .chain([last])
+        .chain(last)
         .map(|(_, text)| text)
         .collect::<Vec<_>>()
         .join("\n")
