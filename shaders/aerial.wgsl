@@ -174,11 +174,10 @@ fn aerial_path(altitude_km: f32, direction: vec3<f32>, distance_km: f32) -> Aeri
     var light = vec3<f32>(0.0, 0.0, 0.0);
     var last = start;
     var last_sky = vec3<f32>(0.0, 0.0, 0.0);
-    for (var k = 0.0; k < aerial.counts.w; k = k + 1.0) {
+    let first = select(SECTIONS + 1.0, 0.0, lowest > 0.0);
+    let stop = select(SECTIONS + 1.0, aerial.counts.w, rise > 0.0);
+    for (var k = first; k < stop; k = k + 1.0) {
         let descends = k < SECTIONS + 0.5;
-        if (select(rise, lowest, descends) <= 0.0) {
-            continue;
-        }
         let is_end = k > SECTIONS + 1.5;
         var far = select(lowest, lowest + rise, is_end);
         if (descends) {
