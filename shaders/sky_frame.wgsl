@@ -26,10 +26,15 @@ struct SkyUniform {
 
 @group(0) @binding(0) var<uniform> sky: SkyUniform;
 
+// A cosine as the formula takes it: below that of the lowest fitted ring it bends to stay.
+fn held(cosine: f32, lowest: f32) -> f32 {
+    let below = clamp((lowest - cosine) / 8.73e-4, 0.0, 1.0);
+    return max(cosine, lowest) - 8.73e-4 * (below - 0.5 * below * below);
+}
+
 // Luminance [cd/m2], x and y from a direction in the local frame at or above the horizon.
 fn sky_yxy(cosine: f32, gamma: f32, mu: f32) -> vec3<f32> {
-    // below the lowest fitted ring the sky is that ring's
-    let basis = sky_basis(max(cosine, sky.debug.w), sky.radii, gamma, mu);
+    let basis = sky_basis(held(cosine, sky.debug.w), sky.radii, gamma, mu);
     let a = coefficient(0u) * basis.a.x + coefficient(1u) * basis.a.y
         + coefficient(2u) * basis.a.z + coefficient(3u) * basis.a.w;
     let b = coefficient(4u) * basis.b.x + coefficient(5u) * basis.b.y

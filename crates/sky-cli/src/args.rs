@@ -291,6 +291,7 @@ pub struct OpticsArgs {
     after_help = "Examples:
   utm-sky map --altitude-km 6 --turbidity 2 --sun-zenith-deg 60 --out map.csv
   utm-sky map --altitude-km 0 --aod500 0.1 --sun-zenith-deg 85 --engine smarts --yxy --out sky.csv
+  utm-sky map --model nishita --altitude-km 0 --turbidity 2 --sun-zenith-deg 85 --yxy --out map.csv
   utm-sky map --altitude-km 9 --optics optics.csv --solar solar.csv --depolarization 0 \\
       --sun-zenith-deg 92 --albedo 0.1 --out map.csv"
 )]
@@ -305,6 +306,10 @@ pub struct MapArgs {
     /// How the radiance is computed
     #[arg(long, default_value = "transport")]
     pub engine: Engine,
+    /// A sky of `utm-sky models` in place of the table's
+    #[arg(long, value_name = "NAME", requires = "yxy",
+          conflicts_with_all = ["engine", "optics", "albedo"])]
+    pub model: Option<String>,
     /// Directions of view, azimuth 0 facing the sun; without it the zenith and nine rings of 30
     #[arg(long, value_name = "CSV", help = DIRECTIONS_HELP)]
     pub directions: Option<PathBuf>,
@@ -392,12 +397,16 @@ fn lut_source(text: &str) -> Result<LutSource, std::convert::Infallible> {
         .args(HAZE)),
     after_help = "Example:
   utm-sky sky --lut embedded --altitude-km 6 --turbidity 2 --sun-zenith-deg 60 \\
-      --directions directions.csv --out yxy.csv"
+      --directions directions.csv --out yxy.csv
+  utm-sky sky --model preetham --altitude-km 0 --aod500 0.1 --sun-zenith-deg 40 --out preetham.csv"
 )]
 pub struct SkyArgs {
     /// Table, observer, sun and haze.
     #[command(flatten)]
     pub scene: SceneArgs,
+    /// A sky of `utm-sky models` in place of the table's
+    #[arg(long, value_name = "NAME", conflicts_with = "lut")]
+    pub model: Option<String>,
     /// Directions of view, azimuth 0 facing the sun; without it the zenith and nine rings of 30
     #[arg(long, value_name = "CSV", help = DIRECTIONS_HELP)]
     pub directions: Option<PathBuf>,
@@ -569,12 +578,18 @@ pub struct Ev100(pub Option<f32>);
   utm-sky render --altitude-km 20 --turbidity 1.5 --sun-zenith-deg 92 --projection fisheye \\
       --size 800x800 --backend cpu --out twilight.exr
 
-Azimuths are clockwise from north. A PNG is 8-bit sRGB; an EXR holds linear sRGB in cd/m2."
+  utm-sky render --model hillaire --altitude-km 1 --turbidity 3 --sun-zenith-deg 85 --out peer.png
+
+Azimuths are clockwise from north. A PNG is 8-bit sRGB; an EXR holds linear sRGB in cd/m2. With --model
+the CPU draws the sky alone: black where the model has no answer, and no sun."
 )]
 pub struct RenderArgs {
     /// Table, observer, sun and haze.
     #[command(flatten)]
     pub scene: SceneArgs,
+    /// A sky of `utm-sky models` in place of the table's
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["lut", "scenery", "tier"])]
+    pub model: Option<String>,
     /// Azimuth of the sun, clockwise from north [deg]
     #[arg(long, value_name = "DEG", default_value_t = 180.0, value_parser = within(-360.0, 360.0),
           allow_negative_numbers = true)]

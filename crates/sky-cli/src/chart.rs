@@ -7,7 +7,7 @@
 use std::fmt::Write as _;
 use std::time::Instant;
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use sky_core::direction::SkyDirection;
 use sky_core::metrics::{
     SUN_EXCLUSION_DEG, Statistics, ciede2000_of_lights, is_clear_of_sun, white_luminance,
@@ -19,18 +19,16 @@ use sky_core::sky_model::{Conditions, SkyModel, Yxy};
 use sky_core::utm_sky::{EMBEDDED_LUT, UtmSky};
 use sky_gpu::headless::Headless;
 use sky_gpu::{Dome, SkyFrame, Tier};
-use sky_sim::optics::OpticsSettings;
-use sky_sim::profile::AtmosphereProfile;
 
 use crate::args::ChartArgs;
 use crate::bench_gpu::{CASES, Cost, Draw, STAGE_PLACE, STAGE_SUN_ZENITH_DEG, Stage, adapter_name};
 use crate::evaluate::{conditions, evaluation_directions};
 use crate::files::{OutputFile, create_directory};
 use crate::generate::progress;
-use crate::models::{Model, Source, all};
+use crate::models::{Model, Source, all, general_truth, named};
 use crate::report::chart::{Chart, Note, Scale, Series, Stroke};
 use crate::report::page::{Section, page, table};
-use crate::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
+use crate::truth::TransportSky;
 
 const ALTITUDES_KM: [f64; 7] = [0.0, 1.0, 3.0, 9.0, 16.0, 25.0, 30.0];
 const TURBIDITIES: [f64; 3] = [1.5, 3.0, 6.0];
@@ -109,12 +107,7 @@ pub fn run(args: &ChartArgs) -> Result<()> {
     let [csv_file, svg_file, page_file] = ["chart.csv", "chart.svg", "chart.html"]
         .map(|name| OutputFile::create(&args.out.join(name)));
     let (csv_file, svg_file, page_file) = (csv_file?, svg_file?, page_file?);
-    let settings = OpticsSettings::with_step_nm(10)?;
-    let truth = TransportSky::new(
-        AtmosphereProfile::general(),
-        settings,
-        DEFAULT_GROUND_ALBEDO,
-    )?;
+    let truth = general_truth()?;
     let cases = cases(&truth, args.quick)?;
     let gpu = Headless::new().ok();
     let adapter = gpu.as_ref().map_or_else(|| "none".to_owned(), adapter_name);
@@ -148,20 +141,10 @@ pub fn run(args: &ChartArgs) -> Result<()> {
 }
 
 fn chosen(names: &[String]) -> Result<Vec<Model>> {
-    let known = all();
     if names.is_empty() {
-        return Ok(known);
+        return Ok(all());
     }
-    names
-        .iter()
-        .map(|name| match known.iter().find(|m| m.name == name) {
-            Some(model) => Ok(*model),
-            None => bail!(
-                "--models: expected names of `utm-sky models` ({}), found {name:?}",
-                known.iter().map(|m| m.name).collect::<Vec<_>>().join(", ")
-            ),
-        })
-        .collect()
+    names.iter().map(|name| named(name)).collect()
 }
 
 fn cases(truth: &TransportSky, quick: bool) -> Result<Vec<Case>> {

@@ -13,6 +13,8 @@ use crate::args::{Engine, MapArgs};
 use crate::atmosphere::{Defaults, load_profile, solar_on_grid};
 use crate::engine::{Air, Scene, radiance_ratio};
 use crate::files::{OutputFile, read_text};
+use crate::models;
+use crate::scene::conditions;
 use crate::table_io::{DirectionTable, spectral_map_csv, yxy_map_csv};
 
 /// The air, and the sun that shines on it.
@@ -30,6 +32,12 @@ struct Inputs {
 /// When an input is wrong, the engine gives up or the output cannot be written.
 pub fn run(args: &MapArgs) -> Result<()> {
     let directions = DirectionTable::read_or_report(args.directions.as_deref())?;
+    if let Some(model) = &args.model {
+        let haze = args.haze.haze(args.atmosphere.angstrom_alpha);
+        let map = models::map(model, &conditions(&args.place, haze)?, &directions)?;
+        OutputFile::create(&args.out)?.commit(yxy_map_csv(&directions, &map).as_bytes())?;
+        return Ok(());
+    }
     let inputs = match (&args.optics, &args.solar) {
         (Some(optics), Some(solar)) => made_elsewhere(args, optics, solar)?,
         (None, Some(_)) => bail!("--solar: expected together with --optics, found alone"),

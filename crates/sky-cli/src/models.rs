@@ -1,18 +1,22 @@
 //! The one list of skies: ours, the report's and the published ones; `utm-sky models` prints it.
 
-use anyhow::Result;
+use anyhow::{Result, anyhow, bail};
 use sky_baselines::Baseline;
+use sky_core::direction::{SkyDirection, horizon_zenith};
 use sky_core::shader_sky::ShaderSky;
-use sky_core::sky_model::{Domain, SkyModel};
+use sky_core::sky_model::{Conditions, Domain, SkyModel, Yxy};
 use sky_core::utm_sky::UtmSky;
 use sky_fit::sweep::Grid;
+use sky_sim::optics::OpticsSettings;
+use sky_sim::profile::AtmosphereProfile;
 use std::fmt::Write as _;
 use std::path::Path;
 
 use crate::files::print;
 use crate::generate::bake;
+use crate::table_io::DirectionTable;
 use crate::tiers::{BakedSky, DomeSky};
-use crate::truth::TransportSky;
+use crate::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
 
 /// Where a model comes from.
 #[derive(Clone, Copy, Debug)]
@@ -87,6 +91,78 @@ pub fn all() -> Vec<Model> {
             source: Source::Published(b),
         }))
         .collect()
+}
+
+/// The model of a name.
+///
+/// # Errors
+/// When there is none.
+pub fn named(name: &str) -> Result<Model> {
+    let known = all();
+    known
+        .iter()
+        .find(|m| m.name == name)
+        .copied()
+        .ok_or_else(|| {
+            anyhow!(
+                "model: expected a name of `utm-sky models` ({}), found {name:?}",
+                known.iter().map(|m| m.name).collect::<Vec<_>>().join(", ")
+            )
+        })
+}
+
+/// The sky of a name over the general atmosphere; a table is baked first.
+///
+/// # Errors
+/// When there is no such model, or its table cannot be baked.
+pub fn open(name: &str) -> Result<Box<dyn SkyModel + Send>> {
+    named(name)?.sky(&general_truth()?)
+}
+
+/// The transport engine over the general atmosphere, 10 nm apart.
+///
+/// # Errors
+/// When the atmosphere cannot be built.
+pub fn general_truth() -> Result<TransportSky> {
+    TransportSky::new(
+        AtmosphereProfile::general(),
+        OpticsSettings::with_step_nm(10)?,
+        DEFAULT_GROUND_ALBEDO,
+    )
+}
+
+/// Whether a model answers in a direction: above the geometric horizon, and above the horizontal where
+/// its domain ends there.
+#[must_use]
+pub fn answers(domain: &Domain, conditions: &Conditions, direction: &SkyDirection) -> bool {
+    let horizon = horizon_zenith(conditions.observer_altitude).degrees();
+    let lowest = if domain.below_horizontal {
+        horizon
+    } else {
+        90.0
+    };
+    direction.view_zenith.degrees() <= lowest + 1e-9
+}
+
+/// A model's light in the directions of a table.
+///
+/// # Errors
+/// When there is no such model, or conditions or a direction lie outside its domain.
+pub fn map(name: &str, conditions: &Conditions, table: &DirectionTable) -> Result<Vec<Yxy>> {
+    let sky = open(name)?;
+    if let Some(i) = table
+        .directions
+        .iter()
+        .position(|d| !answers(sky.domain(), conditions, d))
+    {
+        bail!(
+            "direction {}: view_zenith_deg: expected one in the domain of {name}, found {:.4}",
+            i + 1,
+            table.directions[i].view_zenith.degrees()
+        );
+    }
+    sky.yxy_map(conditions, &table.directions)
+        .map_err(|e| anyhow!("{name}: {e}"))
 }
 
 impl Model {

@@ -7,18 +7,24 @@ use anyhow::{Context as _, Result, anyhow, bail};
 use glam::{Mat3, Vec3};
 use image::{ExtendedColorType, ImageEncoder as _};
 use rayon::prelude::*;
+use sky_core::color::{linear_srgb_from_xyz, xyz_from_yxy};
+use sky_core::direction::SkyDirection;
 use sky_core::extended::single;
 use sky_core::picture::Picture;
 use sky_core::quantity::Angle;
-use sky_core::sky_model::Conditions;
+use sky_core::sky_model::{Conditions, SkyModel};
 use sky_core::tonemap::{Tone, dither, encoded, exposure_from_ev100, tone_mapped};
 use sky_core::utm_sky::UtmSky;
 use sky_gpu::headless::{Headless, LARGEST_SIDE};
-use sky_gpu::{Camera, Dome, Exposure, Projection, SkyFrame, SkyRenderer, Tier, auto_ev100};
+use sky_gpu::{
+    Camera, Dome, Exposure, Projection, SkyFrame, SkyRenderer, Tier, auto_ev100, ev100_for_mean,
+};
 
 use crate::args::{Backend, ProjectionKind, RenderArgs, SceneKind, TierKind, ToneKind};
 use crate::files::OutputFile;
+use crate::models::{self, answers};
 use crate::scene::Scene;
+use crate::table_io::DirectionTable;
 use crate::terrain::{SceneBuffers, terrain};
 
 /// Albedo of the ground of the default table.
@@ -69,6 +75,13 @@ pub fn run(args: &RenderArgs) -> Result<()> {
             args.out.display()
         ),
     };
+    if let Some(name) = &args.model {
+        let shot = shot(args, &args.scene.conditions()?, is_exr);
+        let out = OutputFile::create(&args.out)?;
+        let pixels = draw_model(&*models::open(name)?, &shot)?;
+        out.commit(&file_bytes(&pixels, shot.size)?)?;
+        return Ok(());
+    }
     let scene = Scene::open(&args.scene)?;
     let shot = shot(args, &scene.conditions, is_exr);
     let out = OutputFile::create(&args.out)?;
@@ -201,11 +214,8 @@ impl Shot {
 /// # Errors
 /// When the conditions lie outside the domain or the size cannot be drawn.
 pub fn draw_on_cpu(sky: &UtmSky, shot: &Shot) -> Result<Pixels> {
+    check_size(shot.size)?;
     let [width, height] = shot.size;
-    let fits = |side| (1..=LARGEST_SIDE).contains(&side);
-    if !fits(width) || !fits(height) {
-        bail!("size: expected 1 to {LARGEST_SIDE} pixels a side, found {width}x{height}");
-    }
     let picture = Picture::new(sky, &shot.conditions, GROUND_ALBEDO)?;
     let axes = shot.frame().local_axes();
     let scene = scene_buffers(&picture, shot, axes);
@@ -234,7 +244,13 @@ pub fn draw_on_cpu(sky: &UtmSky, shot: &Shot) -> Result<Pixels> {
             )
         })
         .collect();
-    Ok(match shot.tone {
+    Ok(developed(lights, shot, exposure))
+}
+
+/// Light as a picture for the shot's tone curve.
+fn developed(lights: Vec<[f32; 3]>, shot: &Shot, exposure: f32) -> Pixels {
+    let width = shot.size[0];
+    match shot.tone {
         None => Pixels::Linear(lights.into_iter().flatten().collect()),
         Some(tone) => Pixels::Srgb8(
             lights
@@ -247,7 +263,69 @@ pub fn draw_on_cpu(sky: &UtmSky, shot: &Shot) -> Result<Pixels> {
                 })
                 .collect(),
         ),
-    })
+    }
+}
+
+/// The pixels of any sky: black where it has no answer, and no sun.
+///
+/// # Errors
+/// When the conditions lie outside the domain or the size cannot be drawn.
+pub fn draw_model(sky: &dyn SkyModel, shot: &Shot) -> Result<Pixels> {
+    check_size(shot.size)?;
+    let [width, height] = shot.size;
+    let axes = shot.frame().local_axes();
+    let (places, directions): (Vec<usize>, Vec<SkyDirection>) = (0..height)
+        .flat_map(|y| (0..width).map(move |x| (x, y)))
+        .enumerate()
+        .filter_map(|(i, (x, y))| {
+            let world = shot.direction(x, y)?;
+            let [ahead, left, up] = axes.map(|axis| f64::from(axis.dot(world)));
+            let direction = SkyDirection {
+                view_zenith: Angle::from_radians(ahead.hypot(left).atan2(up)),
+                relative_azimuth: Angle::from_radians(left.atan2(ahead)),
+            };
+            answers(sky.domain(), &shot.conditions, &direction).then_some((i, direction))
+        })
+        .unzip();
+    let ask = |directions: &[SkyDirection]| {
+        sky.yxy_map(&shot.conditions, directions)
+            .map_err(|e| anyhow!("{}: {e}", sky.name()))
+    };
+    let mut lights = vec![[0.0; 3]; width as usize * height as usize];
+    for (place, yxy) in places.into_iter().zip(ask(&directions)?) {
+        let rgb = linear_srgb_from_xyz(xyz_from_yxy(yxy));
+        lights[place] = [rgb.red, rgb.green, rgb.blue].map(single);
+    }
+    let exposure = match (shot.tone, shot.ev100) {
+        (None, _) => 1.0,
+        (_, Some(ev100)) => exposure_from_ev100(ev100),
+        (_, None) => {
+            let above: Vec<_> = DirectionTable::read_or_report(None)?
+                .directions
+                .into_iter()
+                .filter(|d| d.view_zenith.degrees() < 89.0)
+                .collect();
+            let map = ask(&above)?;
+            // a mean over the hemisphere, each direction weighted by its share of the horizontal
+            let share = |d: &SkyDirection| (2.0 * d.view_zenith.radians()).sin().max(0.0);
+            let whole: f64 = above.iter().map(share).sum();
+            let light: f64 = above
+                .iter()
+                .zip(map)
+                .map(|(d, yxy)| share(d) * yxy.luminance_cd_m2)
+                .sum();
+            exposure_from_ev100(ev100_for_mean(single(light / whole)))
+        }
+    };
+    Ok(developed(lights, shot, exposure))
+}
+
+fn check_size([width, height]: [u32; 2]) -> Result<()> {
+    let fits = |side| (1..=LARGEST_SIDE).contains(&side);
+    if !fits(width) || !fits(height) {
+        bail!("size: expected 1 to {LARGEST_SIDE} pixels a side, found {width}x{height}");
+    }
+    Ok(())
 }
 
 #[expect(

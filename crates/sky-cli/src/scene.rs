@@ -1,11 +1,12 @@
 //! Table, observer, haze and sun from the command line: what every command of the runtime starts with.
 
 use anyhow::{Result, anyhow};
+use sky_core::haze::Haze;
 use sky_core::quantity::{Angle, Length};
 use sky_core::sky_model::Conditions;
 use sky_core::utm_sky::{SkyFrame, UtmSky};
 
-use crate::args::SceneArgs;
+use crate::args::{PlaceArgs, SceneArgs};
 use crate::lut_commands::{load, source_name};
 
 /// A table's sky and the conditions under which it is asked.
@@ -26,17 +27,10 @@ impl Scene {
     /// When the table cannot be read or the haze makes no sense.
     pub fn open(args: &SceneArgs) -> Result<Self> {
         let sky = UtmSky::new(load(&args.lut)?);
-        let haze = args.haze.haze(args.angstrom_alpha).ok_or_else(|| {
-            anyhow!("haze: expected one of --turbidity, --aod500, --visual-range-km")
-        })?;
         Ok(Self {
             sky,
             source: source_name(&args.lut).to_string(),
-            conditions: Conditions {
-                observer_altitude: Length::from_km(args.place.altitude_km),
-                turbidity: haze.turbidity()?,
-                sun_zenith: Angle::from_degrees(args.place.sun_zenith_deg),
-            },
+            conditions: args.conditions()?,
         })
     }
 
@@ -49,4 +43,28 @@ impl Scene {
             .frame(&self.conditions)
             .map_err(|e| anyhow!("{}: {e}", self.source))
     }
+}
+
+impl SceneArgs {
+    /// Observer, haze and sun.
+    ///
+    /// # Errors
+    /// When the haze makes no sense.
+    pub fn conditions(&self) -> Result<Conditions> {
+        conditions(&self.place, self.haze.haze(self.angstrom_alpha))
+    }
+}
+
+/// Observer, haze and sun.
+///
+/// # Errors
+/// When the haze makes no sense.
+pub fn conditions(place: &PlaceArgs, haze: Option<Haze>) -> Result<Conditions> {
+    let haze = haze
+        .ok_or_else(|| anyhow!("haze: expected one of --turbidity, --aod500, --visual-range-km"))?;
+    Ok(Conditions {
+        observer_altitude: Length::from_km(place.altitude_km),
+        turbidity: haze.turbidity()?,
+        sun_zenith: Angle::from_degrees(place.sun_zenith_deg),
+    })
 }

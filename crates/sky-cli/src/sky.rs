@@ -4,6 +4,7 @@ use anyhow::{Result, anyhow};
 
 use crate::args::SkyArgs;
 use crate::files::OutputFile;
+use crate::models;
 use crate::scene::Scene;
 use crate::table_io::{DirectionTable, yxy_map_csv};
 
@@ -14,6 +15,12 @@ use crate::table_io::{DirectionTable, yxy_map_csv};
 /// cannot be written.
 pub fn run(args: &SkyArgs) -> Result<()> {
     let directions = DirectionTable::read_or_report(args.directions.as_deref())?;
+    if let Some(model) = &args.model {
+        let conditions = args.scene.conditions()?;
+        let map = models::map(model, &conditions, &directions)?;
+        OutputFile::create(&args.out)?.commit(yxy_map_csv(&directions, &map).as_bytes())?;
+        return Ok(());
+    }
     let frame = Scene::open(&args.scene)?.frame()?;
     let map = directions
         .directions

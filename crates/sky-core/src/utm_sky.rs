@@ -20,8 +20,10 @@ use crate::sky_model::{Conditions, Domain, OutsideDomain, SkyModel, Yxy};
 pub const EMBEDDED_LUT: &[u8] = include_bytes!("../../../luts/default.utmlut");
 
 /// Distance of the lowest ring that tables of the extended form are fitted to from the geometric
-/// horizon \[deg\]. Below it the sky is that ring's: the formula is not made to go on.
+/// horizon \[deg\]. Below it the sky is soon that ring's: the formula is not made to go on.
 pub const LOWEST_RING_DEG: f64 = 0.25;
+/// Width of the bend from the formula to the lowest ring's sky, in the cosine: 0.05° at the horizon.
+pub const LOWEST_RING_BEND: f64 = 8.73e-4;
 
 /// Values of a channel at a node of the Perez forms: zenith, A–E.
 pub const PEREZ_TERMS: usize = 6;
@@ -74,6 +76,14 @@ pub struct PerezFrame {
     pub weights: [f32; MOST_CORNERS],
     /// Zenith and A–E of Y, x and y at each node.
     pub coefficients: [[[f32; PEREZ_TERMS]; 3]; MOST_CORNERS],
+}
+
+/// A cosine of the view zenith angle as the extended form takes it: below that of the lowest fitted ring
+/// it bends, without a kink, to stay.
+fn held(cosine: f32, lowest: f32) -> f32 {
+    const BEND: f32 = single(LOWEST_RING_BEND);
+    let below = ((lowest - cosine) / BEND).clamp(0.0, 1.0);
+    cosine.max(lowest) - BEND * (below - 0.5 * below * below)
 }
 
 /// Place of a turbidity for interpolation: light grows like the logarithm of the haze.
@@ -254,7 +264,7 @@ impl SkyFrame {
         Some(match &self.formula {
             Formula::Extended(coefficients) => extended::light(
                 coefficients,
-                &extended::basis(cosine.max(self.cos_lowest), self.radii, gamma, mu),
+                &extended::basis(held(cosine, self.cos_lowest), self.radii, gamma, mu),
             ),
             Formula::Perez(perez) => {
                 let air_mass = if perez.plane_parallel {

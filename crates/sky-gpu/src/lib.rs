@@ -15,5 +15,7 @@ pub mod shader;
 mod uniforms;
 
 pub use camera::{Camera, Dome, Projection};
-pub use renderer::{Exposure, MOST_VIEWS, SkyFrame, SkyRenderer, Tier, Timing, auto_ev100};
+pub use renderer::{
+    Exposure, MOST_VIEWS, SkyFrame, SkyRenderer, Tier, Timing, auto_ev100, ev100_for_mean,
+};
 pub use sky_core::tonemap::Tone;

@@ -468,8 +468,14 @@ fn mean(picture: &Picture) -> [f32; 3] {
 /// The exposure value that brings the mean of a picture's sky to middle gray, 0.18.
 #[must_use]
 pub fn auto_ev100(picture: &Picture) -> f32 {
+    ev100_for_mean(luminance(mean(picture)))
+}
+
+/// The exposure value that brings a luminance \[cd·m⁻²\] to middle gray, 0.18.
+#[must_use]
+pub fn ev100_for_mean(mean: f32) -> f32 {
     // a meter's answer brings it to 0.104
-    ev100_from_luminance(luminance(mean(picture))) - 0.79
+    ev100_from_luminance(mean) - 0.79
 }
 
 struct Layouts {

@@ -6,19 +6,21 @@ use sky_core::direction::{SkyDirection, horizon_zenith};
 use sky_core::extended::{self, Coefficients, Radii, SCALE_HEIGHTS_KM, TERMS, single};
 use sky_core::quantity::{Angle, Length};
 use sky_core::sky_model::{Conditions, Yxy};
-use sky_core::utm_sky::LOWEST_RING_DEG;
+use sky_core::utm_sky::{LOWEST_RING_BEND, LOWEST_RING_DEG};
 
-/// Cosine of the zenith angle of the lowest ring that a table is fitted to, as [`SkyFrame`] has it.
+/// The cosine that the formula takes in place of a direction's, as [`SkyFrame`] has it.
 ///
 /// [`SkyFrame`]: sky_core::utm_sky::SkyFrame
-fn lowest(altitude: Length) -> f64 {
+fn held(cosine: f64, altitude: Length) -> f64 {
     let ring = Angle::from_degrees(LOWEST_RING_DEG).radians();
-    (horizon_zenith(altitude).radians() - ring).cos()
+    let lowest = (horizon_zenith(altitude).radians() - ring).cos();
+    let below = ((lowest - cosine) / LOWEST_RING_BEND).clamp(0.0, 1.0);
+    cosine.max(lowest) - LOWEST_RING_BEND * (below - 0.5 * below * below)
 }
 
 /// The products of [`extended::basis`] in double precision.
 fn basis(direction: &SkyDirection, altitude: Length, sun_zenith: Angle) -> [f64; TERMS] {
-    let cosine = direction.view_zenith.radians().cos().max(lowest(altitude));
+    let cosine = held(direction.view_zenith.radians().cos(), altitude);
     let [air, haze] = SCALE_HEIGHTS_KM.map(|h| {
         chapman_air_mass(
             cosine,
@@ -90,13 +92,10 @@ pub(super) fn with_coefficients(
 ) -> Yxy {
     let sun = conditions.sun_zenith;
     let products = extended::basis(
-        single(
-            direction
-                .view_zenith
-                .radians()
-                .cos()
-                .max(lowest(conditions.observer_altitude)),
-        ),
+        single(held(
+            direction.view_zenith.radians().cos(),
+            conditions.observer_altitude,
+        )),
         radii,
         single(direction.scattering_angle(sun).radians()),
         single(direction.cos_scattering_angle(sun)),
