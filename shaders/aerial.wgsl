@@ -111,7 +111,7 @@ fn sky_at(place: vec2<f32>, gamma: f32, mu: f32) -> vec3<f32> {
     let basis = sky_basis(place.y, vec4<f32>(x, sqrt(0.5 * x)), gamma, mu);
     let sum = mix(layer_sum(upper - 1u, basis), layer_sum(upper, basis), fraction);
     let left = exp(air_level(place.x).x - air_level(altitude_km).x);
-    return left * linear_srgb_from_yxy(vec3<f32>(exp(sum.x), sum.yz));
+    return left * linear_srgb_from_yxy(vec3<f32>(exp(sum.x), within_locus(sum.yz)));
 }
 
 fn molecular_scattering(mu: f32) -> f32 {

@@ -47,7 +47,7 @@ fn sky_yxy(cosine: f32, gamma: f32, mu: f32) -> vec3<f32> {
         + coefficient(18u) * basis.e.z + coefficient(19u) * basis.e.w;
     let f = coefficient(20u) * basis.f.x + coefficient(21u) * basis.f.y;
     let sum = ((a + b) + (c + d)) + (e + f);
-    return vec3<f32>(exp(sum.x), sum.y, sum.z);
+    return vec3<f32>(exp(sum.x), within_locus(sum.yz));
 }
 
 // A world direction, of any length, as a unit vector in the local frame.

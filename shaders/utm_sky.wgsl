@@ -72,6 +72,18 @@ fn sky_basis(cosine: f32, radii: vec4<f32>, gamma: f32, mu: f32) -> Basis {
     return basis;
 }
 
+// A chromaticity that light can have: what leads out of the spectral locus ends on its edge.
+fn within_locus(xy: vec2<f32>) -> vec2<f32> {
+    let from_white = xy - 0.33333333;
+    let a = vec4<f32>(-1.86677, -2.80894, -3.31911, -3.44584) * from_white.x
+        + vec4<f32>(-2.13774, -1.5333, -1.02294, -0.4178) * from_white.y;
+    let b = vec4<f32>(-1.53861, 2.76373, 3.00551, 1.82687) * from_white.x
+        + vec4<f32>(1.53681, 3.16304, 3.01775, -3.93653) * from_white.y;
+    let most = max(a, b);
+    let far = max(1.0, max(max(most.x, most.y), max(most.z, most.w)));
+    return 0.33333333 + from_white / far;
+}
+
 // The angle from the sun and its cosine; directions are in the local frame (z up, the sun above x),
 // the sun as sine and cosine of its zenith angle. The third is the angle's sine.
 fn angle_from_sun(direction: vec3<f32>, sun: vec2<f32>) -> vec3<f32> {

@@ -146,3 +146,49 @@ fn the_embedded_table_answers() {
     }
     refuse(dir.path(), "chart --models nobody", &["nobody", "preetham"]);
 }
+
+#[test]
+fn every_model_answers_by_name() {
+    let dir = tempdir().unwrap();
+    let directions = "view_zenith_deg,relative_azimuth_deg\n0,0\n60,90\n89,180\n";
+    fs::write(dir.path().join("directions.csv"), directions).unwrap();
+    let place = "--altitude-km 0 --turbidity 2.5 --sun-zenith-deg 60";
+    let mut zeniths = Vec::new();
+    for name in ["utm-sky", "preetham", "hosek", "nishita-table"] {
+        let [sky, map] = ["sky", "map --yxy"].map(|command| {
+            succeed(
+                dir.path(),
+                &format!(
+                    "{command} --model {name} {place} --directions directions.csv --out sky.csv"
+                ),
+            );
+            fs::read_to_string(dir.path().join("sky.csv")).unwrap()
+        });
+        assert_eq!(sky.lines().count(), 4, "{sky}");
+        assert_eq!(sky, map, "{name}");
+        zeniths.push(sky);
+    }
+    zeniths.dedup();
+    assert_eq!(zeniths.len(), 4, "models that differ");
+    succeed(
+        dir.path(),
+        &format!("render --model cie-clear {place} --size 64x36 --out sky.png"),
+    );
+    assert!(fs::metadata(dir.path().join("sky.png")).unwrap().len() > 200);
+    // beyond its domain, unknown, without --yxy
+    refuse(
+        dir.path(),
+        "sky --model preetham --altitude-km 5 --turbidity 2.5 --sun-zenith-deg 60 --out no.csv",
+        &["altitude"],
+    );
+    refuse(
+        dir.path(),
+        &format!("sky --model blue {place} --out no.csv"),
+        &["\"blue\""],
+    );
+    refuse(
+        dir.path(),
+        &format!("map --model hosek {place} --out no.csv"),
+        &["--yxy"],
+    );
+}

@@ -171,7 +171,34 @@ pub(crate) fn add(sum: &mut Coefficients, weight: f32, node: &[f32], slots: &[us
 #[must_use]
 pub fn light(coefficients: &Coefficients, basis: &[f32; TERMS]) -> [f32; 3] {
     let [ln_luminance, x, y, _] = sums(coefficients, basis);
+    let [x, y] = within_locus([x, y]);
     [ln_luminance.exp(), x, y]
+}
+
+/// Sides of an octagon within the spectral locus, as how far a step from the equal-energy point in x
+/// and in y goes toward each, 1 on the side. Its corners are 400, 462, 477, 489, 505, 530, 572 and
+/// 700 nm on the CIE 1931 locus, drawn in by 0.1 %.
+const LOCUS_SIDES: [[f32; 8]; 2] = [
+    [
+        -1.866_77, -2.808_94, -3.319_11, -3.445_84, -1.538_61, 2.763_73, 3.005_51, 1.826_87,
+    ],
+    [
+        -2.137_74, -1.533_3, -1.022_94, -0.417_8, 1.536_81, 3.163_04, 3.017_75, -3.936_53,
+    ],
+];
+
+/// A chromaticity that light can have: sums that lead out of the spectral locus, as they do where deep
+/// twilight leaves next to no light, end on its edge toward the equal-energy point.
+#[must_use]
+pub fn within_locus([x, y]: [f32; 2]) -> [f32; 2] {
+    const WHITE: f32 = 1.0 / 3.0;
+    let [dx, dy] = [x - WHITE, y - WHITE];
+    let [to_x, to_y] = LOCUS_SIDES;
+    let far = to_x
+        .iter()
+        .zip(to_y)
+        .fold(1.0_f32, |far, (a, b)| far.max(a * dx + b * dy));
+    [WHITE + dx / far, WHITE + dy / far]
 }
 
 /// The sums of all four entries. Not inlined: where the caller drops the fourth, the compiler would
@@ -208,6 +235,7 @@ pub const fn single(x: f64) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::color::color_matching_functions;
 
     #[test]
     fn the_products_are_finite_from_the_zenith_to_the_horizon() {
@@ -223,6 +251,27 @@ mod tests {
                     );
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_color_stays_in_the_locus_and_one_within_is_left_alone() {
+        for nm in (380..=700_u16).step_by(5) {
+            let [x, y, z] = color_matching_functions(nm.into());
+            let spectral = [x / (x + y + z), y / (x + y + z)].map(single);
+            // what is drawn in is no farther out than the spectral color, and at most a little in
+            let [a, b] = within_locus(spectral);
+            let share = (a - 1.0 / 3.0).hypot(b - 1.0 / 3.0)
+                / (spectral[0] - 1.0 / 3.0).hypot(spectral[1] - 1.0 / 3.0);
+            assert!((0.84..1.0).contains(&share), "{nm} nm: {share}");
+            // and so is what lies beyond it
+            let beyond = spectral.map(|v| 1.0 / 3.0 + 3.0 * (v - 1.0 / 3.0));
+            let [c, d] = within_locus(beyond);
+            assert!((a - c).abs() < 1e-6 && (b - d).abs() < 1e-6, "{nm} nm");
+        }
+        for inside in [[0.3127, 0.3290], [0.184, 0.141], [0.6, 0.38], [0.25, 0.25]] {
+            let [x, y] = within_locus(inside);
+            assert!((x - inside[0]).abs() < 1e-6 && (y - inside[1]).abs() < 1e-6);
         }
     }
 

@@ -33,9 +33,10 @@ pub enum Tier {
     /// A dome colored at its corners: the report's way.
     Vertex(Dome),
     /// The formula at every pixel.
-    #[default]
     Fragment,
-    /// A small texture, made anew when the sky has changed; one fetch a pixel.
+    /// A small texture, made anew when the sky has changed; one fetch a pixel. The same picture for
+    /// half the cost.
+    #[default]
     Baked,
 }
 

@@ -76,10 +76,11 @@ pub(super) fn in_f64(
             *sum += f64::from(*c) * product;
         }
     }
+    let [x, y] = extended::within_locus([single(sums[1]), single(sums[2])]).map(f64::from);
     Yxy {
         luminance_cd_m2: sums[0].exp(),
-        x: sums[1],
-        y: sums[2],
+        x,
+        y,
     }
 }
 
