@@ -12,6 +12,7 @@ use glam::Vec3;
 use sky_cli::evaluate::conditions;
 use sky_cli::render::{Painter, Pixels, Shot, draw_on_cpu, facing, looking};
 use sky_core::color::{LinearSrgb, xyz_from_linear_srgb, yxy_from_xyz};
+use sky_core::haze::Haze;
 use sky_core::metrics::{ciede2000_of_lights, white_luminance};
 use sky_core::picture::Picture;
 use sky_core::quantity::{Angle, Length};
@@ -265,7 +266,7 @@ fn a_long_flight_shows_no_bad_pixel() {
         let sun = Angle::from_degrees(90.0 - 96.0 * t).radians();
         let frame = SkyFrame {
             observer_altitude: Length::from_km(30.0 * t),
-            turbidity: 1.0 + 7.0 * (0.5 - 0.5 * (40.0 * t).cos()),
+            haze: Haze::Turbidity(1.0 + 7.0 * (0.5 - 0.5 * (40.0 * t).cos())),
             sun: Vec3::new(
                 0.0,
                 sky_core::extended::single(sun.cos()),
@@ -311,7 +312,7 @@ fn outside_the_domain_is_an_error_and_can_be_seen() {
         .update(&GPU.queue, &inside)
         .expect("inside the domain");
     let outside = SkyFrame {
-        turbidity: 20.0,
+        haze: Haze::Turbidity(20.0),
         ..inside
     };
     assert!(renderer.update(&GPU.queue, &outside).is_err());

@@ -8,6 +8,7 @@ use glam::{Mat3, Vec3};
 use image::{ExtendedColorType, ImageEncoder as _};
 use rayon::prelude::*;
 use sky_core::extended::single;
+use sky_core::haze::Haze;
 use sky_core::picture::Picture;
 use sky_core::quantity::Angle;
 use sky_core::sky_model::Conditions;
@@ -172,10 +173,11 @@ impl Shot {
         let elevation = Angle::from_degrees(90.0 - self.conditions.sun_zenith.degrees());
         SkyFrame {
             observer_altitude: self.conditions.observer_altitude,
-            turbidity: self.conditions.turbidity,
+            haze: Haze::Turbidity(self.conditions.turbidity),
             sun: world_direction(self.sun_azimuth, elevation),
             up: Vec3::Z,
             ground_albedo: GROUND_ALBEDO,
+            sun_disc: true,
             exposure: match (self.tone, self.ev100) {
                 (None, _) => Exposure::None,
                 (_, Some(ev100)) => Exposure::Ev100(ev100),

@@ -11,9 +11,14 @@
 pub mod camera;
 pub mod headless;
 mod renderer;
+pub mod screen;
 pub mod shader;
 mod uniforms;
 
 pub use camera::{Camera, Dome, Projection};
-pub use renderer::{Exposure, MOST_VIEWS, SkyFrame, SkyRenderer, Tier, Timing, auto_ev100};
+pub use glam;
+pub use renderer::{
+    Exposure, FrameError, MOST_VIEWS, SkyFrame, SkyRenderer, Tier, Timing, auto_ev100,
+};
+pub use sky_core::haze::Haze;
 pub use sky_core::tonemap::Tone;
