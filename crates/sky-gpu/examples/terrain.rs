@@ -46,7 +46,8 @@ struct Hill {
 fn height(p: vec2<f32>) -> f32 {
     let broad = sin(p.x / 2900.0) + sin(p.y / 3700.0 + 1.0) + sin((p.x + p.y) / 5300.0);
     let fine = sin(p.x / 610.0 + sin(p.y / 870.0)) + sin(p.y / 530.0 - p.x / 1300.0);
-    return 170.0 * broad + 45.0 * fine;
+    let rough = sin(p.x / 170.0 + sin(p.y / 230.0)) * sin(p.y / 190.0 + p.x / 410.0);
+    return 150.0 * broad + 70.0 * fine + 16.0 * rough;
 }
 
 @vertex

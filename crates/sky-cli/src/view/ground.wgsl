@@ -20,7 +20,7 @@ struct SquareUniform {
 @group(0) @binding(1) var<uniform> square: SquareUniform;
 
 const EARTH_RADIUS_KM: f32 = 6371.0;
-const CORNERS: u32 = 129u;
+const CORNERS: u32 = 193u;
 
 struct GroundVertex {
     @builtin(position) position: vec4<f32>,
@@ -30,7 +30,7 @@ struct GroundVertex {
 
 @vertex
 fn ground_vertex(@builtin(vertex_index) index: u32, @location(0) ground: vec3<f32>) -> GroundVertex {
-    let cell = vec2<f32>(f32(index % CORNERS), f32(index / CORNERS)) - 64.0;
+    let cell = vec2<f32>(f32(index % CORNERS), f32(index / CORNERS)) - 96.0;
     let flat = square.place.xy + cell * square.place.z;
     // over the Earth: the angle at its center is small, so its series are short and exact
     let square_angle = dot(flat, flat) / (EARTH_RADIUS_KM * EARTH_RADIUS_KM);

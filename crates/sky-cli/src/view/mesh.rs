@@ -14,10 +14,10 @@ use sky_core::extended::single;
 use crate::terrain::ridges;
 
 /// Cells across a square.
-pub const CELLS: u16 = 128;
+pub const CELLS: u16 = 192;
 /// Corners across a square.
 pub const CORNERS: usize = CELLS as usize + 1;
-/// Squares, from 2.6 km to 1300 km across.
+/// Squares, from 3.8 km to 2000 km across.
 pub const LEVELS: usize = 10;
 /// A cell of the finest square \[km\].
 const FINEST_KM: f64 = 0.02;
@@ -26,7 +26,7 @@ const MARGIN: usize = 3;
 /// Heights across a square.
 const HEIGHTS: usize = CORNERS + 2 * MARGIN;
 /// Cells at the edge over which a square takes the coarser one's shape.
-const BLEND: usize = 16;
+const BLEND: usize = 24;
 /// Least share of the height above the ground that is worth a cell.
 const SHARE: f64 = 0.004;
 
@@ -315,7 +315,7 @@ mod tests {
     fn triangles_fill_all_but_the_hole() {
         let cells = usize::from(CELLS) * usize::from(CELLS);
         assert_eq!(triangles(None).count(), 6 * cells);
-        assert_eq!(triangles(Some([32, 33])).count(), 6 * (cells - cells / 4));
+        assert_eq!(triangles(Some([48, 49])).count(), 6 * (cells - cells / 4));
         assert!(triangles(None).all(|corner| usize::from(corner) < CORNERS * CORNERS));
     }
 }

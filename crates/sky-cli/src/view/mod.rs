@@ -41,6 +41,8 @@ use flight::{Asked, EYE_KM, Flight, HazeWord, Keys, Sun};
 use painter::{Layers, Overlay, Painter, View};
 use panel::{Controls, Status};
 
+/// What a window on X11 loads when it opens, by its names on Debian and Ubuntu.
+const LIBRARIES: &str = "libx11-6 libx11-xcb1 libxcursor1 libxi6 libxkbcommon-x11-0";
 /// Degrees that the look turns by a pixel of the mouse's way.
 const DEGREES_PER_PIXEL: f64 = 0.15;
 /// Longest time that a frame stands for \[s\]: after a pause nobody is a kilometer farther.
@@ -77,10 +79,13 @@ pub fn run(args: &ViewArgs) -> Result<()> {
         .transpose()?;
     let controls = controls(args)?;
     let events = EventLoop::new().map_err(|e| {
+        // what comes before the last colon is a line of the library's source
+        let reason = e.to_string();
+        let reason = reason.rsplit(": ").next().unwrap_or(&reason);
+        let reason = reason.trim_end_matches(['.', ')']);
         anyhow!(
-            "display: expected an X11 or Wayland display, found none ({e}); start a desktop, or Xvfb \
-             (Debian, Ubuntu: xvfb, libx11-6, libxcursor1, libxi6, libxkbcommon-x11-0), or draw \
-             without a window by utm-sky render"
+            "display: expected an X11 or Wayland display, found none ({reason}); start a desktop, or \
+             Xvfb (on Debian or Ubuntu: xvfb {LIBRARIES}), or draw without a window by utm-sky render"
         )
     })?;
     let mut app = App::new(args, sky, controls);
