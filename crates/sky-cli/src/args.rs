@@ -662,8 +662,8 @@ fn date(text: &str) -> Result<UtcTime, String> {
   utm-sky view --scene terrain --frames 30 --screenshot flight.png
 
 Drag: look. W A S D and arrows: fly; E and Q, page up and down: up and down; Shift: faster; wheel:
-speed. P: pause. F12: screenshot. Tab: panel. Azimuths are clockwise from north. Without a display, use
-utm-sky render."
+speed. P: pause. F12: screenshot. Tab: panel. Azimuths are clockwise from north. Where there is no
+display, utm-sky render draws the same."
 )]
 pub struct ViewArgs {
     /// Look-up table: a .utmlut file or the built-in one

@@ -22,11 +22,11 @@ pub const LEVELS: usize = 10;
 /// A cell of the finest square \[km\].
 const FINEST_KM: f64 = 0.02;
 /// Corners beyond the edge whose heights the slopes need.
-const MARGIN: usize = 3;
+const MARGIN: u8 = 3;
 /// Heights across a square.
-const HEIGHTS: usize = CORNERS + 2 * MARGIN;
+const HEIGHTS: usize = CORNERS + 2 * MARGIN as usize;
 /// Cells at the edge over which a square takes the coarser one's shape.
-const BLEND: usize = 24;
+const BLEND: u8 = 24;
 /// Least share of the height above the ground that is worth a cell.
 const SHARE: f64 = 0.004;
 
@@ -57,7 +57,7 @@ pub struct Square {
 #[derive(Debug)]
 pub struct Mesh {
     /// Middles of the squares in their cells, even numbers; `None` before the first use.
-    middles: [Option<[i64; 2]>; LEVELS],
+    middles: [Option<[i32; 2]>; LEVELS],
     finest: usize,
     heights: Vec<f32>,
     corners: Vec<Corner>,
@@ -83,16 +83,8 @@ fn cell_km(level: usize) -> f64 {
     clippy::cast_possible_truncation,
     reason = "places on Earth, in cells of 20 m and more"
 )]
-fn even_below(place_km: f64, cell_km: f64) -> i64 {
-    2 * (place_km / (2.0 * cell_km)).floor() as i64
-}
-
-#[expect(
-    clippy::cast_precision_loss,
-    reason = "places on Earth, in cells of 20 m and more"
-)]
-const fn as_number(cells: i64) -> f64 {
-    cells as f64
+fn even_below(place_km: f64, cell_km: f64) -> i32 {
+    2 * (place_km / (2.0 * cell_km)).floor() as i32
 }
 
 impl Mesh {
@@ -136,7 +128,7 @@ impl Mesh {
             Some(Square {
                 level,
                 middle_km: core::array::from_fn(|axis| {
-                    single(as_number(middle[axis]) * cell - place_km[axis])
+                    single(f64::from(middle[axis]) * cell - place_km[axis])
                 }),
                 cell_km: single(cell),
                 hole,
@@ -144,15 +136,16 @@ impl Mesh {
         })
     }
 
-    fn compute(&mut self, middle: [i64; 2], cell_km: f64) {
-        let first = middle.map(|m| m - i64::from(CELLS / 2) - MARGIN as i64);
-        let place = |axis: usize, i: usize| single(as_number(first[axis] + i as i64) * cell_km);
+    fn compute(&mut self, middle: [i32; 2], cell_km: f64) {
+        let first = middle.map(|m| m - i32::from(CELLS / 2) - i32::from(MARGIN));
+        let place = |axis: usize, i: i32| single(f64::from(first[axis] + i) * cell_km);
         self.heights
             .par_chunks_exact_mut(HEIGHTS)
             .enumerate()
             .for_each(|(j, row)| {
-                for (i, height) in row.iter_mut().enumerate() {
-                    *height = ridges(place(0, i), place(1, j));
+                let north = place(1, i32::try_from(j).unwrap_or(0));
+                for (height, i) in row.iter_mut().zip(0..) {
+                    *height = ridges(place(0, i), north);
                 }
             });
         let field = Field {
@@ -179,7 +172,7 @@ struct Field<'a> {
 impl Field<'_> {
     /// A corner of the grid with every `step`th height; places count from the square's first corner.
     fn corner(&self, i: usize, j: usize, step: usize) -> Corner {
-        let (i, j) = (i + MARGIN, j + MARGIN);
+        let (i, j) = (i + usize::from(MARGIN), j + usize::from(MARGIN));
         let at = |i: usize, j: usize| self.heights[j * HEIGHTS + i];
         let across = 2.0 * f32::from(u8::try_from(step).unwrap_or(1)) * self.cell_km;
         Corner {
@@ -196,7 +189,7 @@ impl Field<'_> {
         let last = CORNERS - 1;
         let to_edge = i.min(j).min(last - i).min(last - j);
         let fine = self.corner(i, j, 1);
-        if to_edge >= BLEND {
+        if to_edge >= usize::from(BLEND) {
             return fine;
         }
         // the coarser square has the even corners; between them it is straight
@@ -207,7 +200,7 @@ impl Field<'_> {
         mix(
             coarse,
             fine,
-            f32::from(u8::try_from(to_edge).unwrap_or(0)) / f32::from(BLEND as u8),
+            f32::from(u8::try_from(to_edge).unwrap_or(0)) / f32::from(BLEND),
         )
     }
 }
@@ -271,10 +264,10 @@ mod tests {
             for pair in found.windows(2) {
                 let (fine, coarse) = (pair[0].0, pair[1].0);
                 let hole = coarse.hole.expect("a hole");
-                for axis in 0..2 {
-                    let from = coarse.middle_km[axis]
-                        + (f32::from(hole[axis]) - f32::from(CELLS / 2)) * coarse.cell_km;
-                    let fine_from = fine.middle_km[axis] - f32::from(CELLS / 2) * fine.cell_km;
+                let half = f32::from(CELLS / 2);
+                for (axis, cell) in hole.into_iter().enumerate() {
+                    let from = coarse.middle_km[axis] + (f32::from(cell) - half) * coarse.cell_km;
+                    let fine_from = fine.middle_km[axis] - half * fine.cell_km;
                     assert!(
                         (from - fine_from).abs() < 1e-3 * coarse.cell_km,
                         "{place:?}"
@@ -291,10 +284,10 @@ mod tests {
         for pair in found.windows(2) {
             let ((_, fine), (coarse_square, coarse)) = (&pair[0], &pair[1]);
             let hole = coarse_square.hole.expect("a hole").map(usize::from);
-            for i in 0..CORNERS {
+            for (i, corner) in fine.iter().enumerate().take(CORNERS) {
                 let at = |i: usize| coarse[hole[1] * CORNERS + hole[0] + i].height_km;
                 let expected = 0.5 * (at(i / 2) + at(i.div_ceil(2)));
-                assert!((fine[i].height_km - expected).abs() < 1e-5, "corner {i}");
+                assert!((corner.height_km - expected).abs() < 1e-5, "corner {i}");
             }
         }
     }

@@ -200,6 +200,10 @@ impl Painter {
         overlay: &Overlay,
     ) {
         let Headless { device, queue, .. } = &self.screen.gpu;
+        #[expect(
+            clippy::iter_over_hash_type,
+            reason = "textures do not depend on each other"
+        )]
         for (id, changes) in &overlay.textures.set {
             for change in changes {
                 self.panel.update_texture(device, queue, *id, change);
@@ -229,6 +233,10 @@ impl Painter {
             .forget_lifetime();
         self.panel.render(&mut pass, primitives, &screen);
         drop(pass);
+        #[expect(
+            clippy::iter_over_hash_type,
+            reason = "textures do not depend on each other"
+        )]
         for id in &overlay.textures.free {
             self.panel.free_texture(id);
         }

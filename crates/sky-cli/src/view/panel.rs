@@ -1,7 +1,7 @@
 //! The panel over the picture: everything that can be set, and what the frame costs.
 
 use clap::ValueEnum;
-use egui::{Color32, ComboBox, Grid, RichText, Slider, Ui};
+use egui::{Color32, ComboBox, Grid, RichText, Slider, SliderClamping, Ui};
 use sky_core::quantity::{Angle, Length};
 use sky_core::sky_model::Domain;
 use sky_core::solar_position::{GeoPlace, SunPosition, UtcTime};
@@ -84,6 +84,12 @@ fn choice<T: ValueEnum + Copy + PartialEq>(ui: &mut Ui, label: &str, value: &mut
     ui.end_row();
 }
 
+/// A slider that leaves a number beyond its ends as it is: what the table does not cover is said, not
+/// mended.
+fn open(slider: Slider<'_>) -> Slider<'_> {
+    slider.clamping(SliderClamping::Never).max_decimals(3)
+}
+
 /// Draws the panel and takes what is set there.
 pub fn show(context: &egui::Context, controls: &mut Controls, status: &Status) {
     warnings(context, status);
@@ -148,7 +154,10 @@ fn warnings(context: &egui::Context, status: &Status) {
 fn flight(ui: &mut Ui, controls: &mut Controls, status: &Status) {
     let [low, high] = status.domain.altitude_km;
     ui.label("altitude [km]");
-    ui.add(Slider::new(&mut controls.flight.altitude_km, low..=high).max_decimals(3));
+    ui.add(open(Slider::new(
+        &mut controls.flight.altitude_km,
+        low..=high,
+    )));
     ui.end_row();
     if controls.flight.altitude_km >= high {
         ui.label("");
@@ -202,7 +211,7 @@ fn sun(ui: &mut Ui, controls: &mut Controls, status: &Status) {
                 .zip([("zenith [deg]", 110.0), ("azimuth [deg]", 360.0)])
             {
                 ui.label(label);
-                ui.add(Slider::new(value, 0.0..=largest).max_decimals(2));
+                ui.add(open(Slider::new(value, 0.0..=largest)));
                 ui.end_row();
             }
             *position = SunPosition {
@@ -296,7 +305,7 @@ fn haze(ui: &mut Ui, controls: &mut Controls, status: &Status) {
     ui.end_row();
     ui.label("");
     let (a, b) = (word.value(clear), word.value(hazy));
-    let slider = Slider::new(value, a.min(b)..=a.max(b)).max_decimals(3);
+    let slider = open(Slider::new(value, a.min(b)..=a.max(b)));
     ui.add(slider.logarithmic(*word == HazeWord::VisualRange));
     ui.end_row();
 }
