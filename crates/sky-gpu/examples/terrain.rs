@@ -334,6 +334,7 @@ impl ApplicationHandler for App {
             }
             WindowEvent::RedrawRequested if self.1 == 0 => events.exit(),
             WindowEvent::RedrawRequested => {
+                // a lost device ends the example; how to go on is in the source of utm-sky view
                 view.draw().expect("a picture");
                 self.1 -= 1;
             }

@@ -199,7 +199,8 @@ impl Screen {
     }
 
     fn check(&self) -> Result<(), ScreenError> {
-        if self.is_lost.load(Ordering::Relaxed) {
+        let is_lost = || self.is_lost.load(Ordering::Relaxed);
+        if is_lost() {
             return Err(ScreenError::Lost);
         }
         let refused = self
@@ -207,7 +208,16 @@ impl Screen {
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
             .take();
-        refused.map_or(Ok(()), |message| Err(ScreenError::Refused(message)))
+        let Some(message) = refused else {
+            return Ok(());
+        };
+        // a device that is going refuses everything before it says that it is gone
+        let polled = self.gpu.device.poll(wgpu::PollType::Poll);
+        Err(if is_lost() || polled.is_err() {
+            ScreenError::Lost
+        } else {
+            ScreenError::Refused(message)
+        })
     }
 }
 
