@@ -130,7 +130,8 @@ fn warnings(context: &egui::Context, status: &Status) {
         return;
     }
     egui::Area::new(egui::Id::unique("warnings"))
-        .anchor(egui::Align2::CENTER_TOP, [0.0, 12.0])
+        .order(egui::Order::Foreground)
+        .anchor(egui::Align2::CENTER_BOTTOM, [0.0, -12.0])
         .show(context, |ui| {
             egui::Frame::popup(ui.style()).show(ui, |ui| {
                 for Edge {
