@@ -12,6 +12,7 @@ use glam::Vec3;
 use sky_cli::evaluate::conditions;
 use sky_cli::render::{Painter, Pixels, Shot, draw_on_cpu, facing, looking};
 use sky_core::color::{LinearSrgb, xyz_from_linear_srgb, yxy_from_xyz};
+use sky_core::haze::Haze;
 use sky_core::metrics::{ciede2000_of_lights, white_luminance};
 use sky_core::picture::Picture;
 use sky_core::quantity::{Angle, Length};
@@ -263,7 +264,7 @@ fn outside_the_domain_is_an_error_and_can_be_seen() {
         .update(&GPU.queue, &inside)
         .expect("inside the domain");
     let outside = SkyFrame {
-        turbidity: 20.0,
+        haze: Haze::Turbidity(20.0),
         ..inside
     };
     assert!(renderer.update(&GPU.queue, &outside).is_err());

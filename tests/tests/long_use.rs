@@ -11,7 +11,7 @@ use sky_core::quantity::{Angle, Length};
 use sky_core::tonemap::luminance;
 use sky_core::utm_sky::UtmSky;
 use sky_gpu::headless::Headless;
-use sky_gpu::{Camera, Dome, Exposure, SkyFrame, SkyRenderer, Tier};
+use sky_gpu::{Camera, Dome, Exposure, Haze, SkyFrame, SkyRenderer, Tier};
 
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
@@ -20,7 +20,7 @@ fn flight(t: f64) -> SkyFrame {
     let sun = Angle::from_degrees(90.0 - 96.0 * t).radians();
     SkyFrame {
         observer_altitude: Length::from_km(30.0 * t),
-        turbidity: 1.0 + 7.0 * (0.5 - 0.5 * (40.0 * t).cos()),
+        haze: Haze::Turbidity(1.0 + 7.0 * (0.5 - 0.5 * (40.0 * t).cos())),
         sun: Vec3::new(0.0, single(sun.cos()), single(sun.sin())),
         exposure: Exposure::Auto,
         tone: None,

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::builder::{NonEmptyStringValueParser, TypedValueParser};
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
+use sky_core::quantity::{Angle, Length};
+use sky_core::solar_position::{GeoPlace, UtcTime, sun_position};
 
 /// Spectral sky radiance, fitted sky formulas and look-up tables for flight simulators.
 #[derive(Debug, Parser)]
@@ -40,6 +42,8 @@ pub enum Command {
     Segment(SegmentArgs),
     /// Draw a picture: sky, sun, ground or terrain
     Render(RenderArgs),
+    /// Fly through the sky in a window
+    View(ViewArgs),
     /// Draw the figures of the report of 2005 on one contact sheet
     Gallery(GalleryArgs),
     /// Compare every sky: error against cost, on one chart
@@ -629,6 +633,126 @@ pub struct RenderArgs {
     /// Picture: .png or .exr
     #[arg(long, value_name = "FILE")]
     pub out: PathBuf,
+}
+
+/// Latitude and longitude from `LAT,LON` \[deg\].
+fn geo_place(text: &str) -> Result<[f64; 2], String> {
+    let expected = || {
+        format!("expected LATITUDE,LONGITUDE in degrees, -90 to 90 and -180 to 180, found {text:?}")
+    };
+    let (latitude, longitude) = text.split_once(',').ok_or_else(expected)?;
+    match (latitude.trim().parse(), longitude.trim().parse()) {
+        (Ok(latitude), Ok(longitude))
+            if (-90.0..=90.0_f64).contains(&latitude)
+                && (-180.0..=180.0_f64).contains(&longitude) =>
+        {
+            Ok([latitude, longitude])
+        }
+        _ => Err(expected()),
+    }
+}
+
+/// A date from `YYYY-MM-DD`, at midnight.
+fn date(text: &str) -> Result<UtcTime, String> {
+    let greenwich = GeoPlace {
+        latitude: Angle::ZERO,
+        longitude: Angle::ZERO,
+        altitude: Length::ZERO,
+    };
+    let time =
+        UtcTime::from_date(text).ok_or_else(|| format!("expected YYYY-MM-DD, found {text:?}"))?;
+    sun_position(time, greenwich)
+        .map(|_| time)
+        .map_err(|e| e.to_string())
+}
+
+/// Arguments of `utm-sky view`.
+#[derive(Debug, Args)]
+#[command(
+    group(ArgGroup::new("haze").args(HAZE)),
+    after_help = "Examples:
+  utm-sky view
+  utm-sky view --scene terrain --altitude-km 3.5 --visual-range-km 60 --sun-zenith-deg 75
+  utm-sky view --date 2025-06-21 --utc-h 4.5 --place 47.26,11.34 --tier baked --size 1920x1080
+  utm-sky view --scene terrain --frames 30 --screenshot flight.png
+
+Drag: look. W A S D and arrows: fly; E and Q, page up and down: up and down; Shift: faster; wheel:
+speed. P: pause. F12: screenshot. Tab: panel. Azimuths are clockwise from north. Where there is no
+display, utm-sky render draws the same."
+)]
+pub struct ViewArgs {
+    /// Look-up table: a .utmlut file or the built-in one
+    #[arg(long, value_name = "FILE|embedded", default_value = "embedded", value_parser = lut_source)]
+    pub lut: LutSource,
+    /// Altitude of the observer above mean sea level, 0-30 [km]
+    #[arg(long, value_name = "KM", value_parser = within(0.0, 30.0), default_value_t = 1.0,
+          allow_negative_numbers = true)]
+    pub altitude_km: f64,
+    /// The haze; without it a turbidity of 2.5.
+    #[command(flatten)]
+    pub haze: HazeArgs,
+    /// Angstrom exponent that belongs to --angstrom-beta; without it 1.3
+    #[arg(long, value_name = "ALPHA", value_parser = within(-1.0, 4.0), requires = "angstrom_beta",
+          allow_negative_numbers = true, help_heading = "Haze (one of)")]
+    pub angstrom_alpha: Option<f64>,
+    /// Zenith angle of the sun, 0-96 [deg]
+    #[arg(long, value_name = "DEG", value_parser = within(0.0, 96.0), default_value_t = 60.0,
+          allow_negative_numbers = true, help_heading = "Sun")]
+    pub sun_zenith_deg: f64,
+    /// Azimuth of the sun, clockwise from north [deg]
+    #[arg(long, value_name = "DEG", default_value_t = 180.0, value_parser = within(-360.0, 360.0),
+          allow_negative_numbers = true, help_heading = "Sun")]
+    pub sun_azimuth_deg: f64,
+    /// Date, in place of the sun's angles
+    #[arg(long, value_name = "YYYY-MM-DD", value_parser = date, requires = "place",
+          conflicts_with_all = ["sun_zenith_deg", "sun_azimuth_deg"], help_heading = "Sun")]
+    pub date: Option<UtcTime>,
+    /// Time on that date [h UTC]
+    #[arg(long, value_name = "H", value_parser = within(0.0, 24.0), default_value_t = 12.0,
+          requires = "date", help_heading = "Sun")]
+    pub utc_h: f64,
+    /// Latitude (north) and longitude (east) of the place on that date [deg]
+    #[arg(long, value_name = "LAT,LON", value_parser = geo_place, requires = "date",
+          allow_hyphen_values = true, help_heading = "Sun")]
+    pub place: Option<[f64; 2]>,
+    /// Where the camera looks, azimuth from north and elevation [deg]; without it toward the sun's
+    /// azimuth, 5 above the horizontal
+    #[arg(long, value_name = "AZ,EL", value_parser = look, allow_hyphen_values = true)]
+    pub look: Option<[f64; 2]>,
+    /// Vertical field of view [deg]
+    #[arg(long, value_name = "DEG", default_value_t = 60.0, value_parser = within(1.0, 170.0))]
+    pub fov_deg: f64,
+    /// Size of the window [pixels]
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
+    pub size: [u32; 2],
+    /// GPU, by a part of its name; without it the fastest
+    #[arg(long, value_name = "NAME")]
+    pub adapter: Option<String>,
+    /// How the sky is drawn
+    #[arg(long, value_enum, default_value_t)]
+    pub tier: TierKind,
+    /// What stands under the sky
+    #[arg(long = "scene", value_enum, default_value_t)]
+    pub scenery: SceneKind,
+    /// Leave the air between camera and scene out
+    #[arg(long)]
+    pub no_aerial: bool,
+    /// Exposure value at ISO 100, or auto
+    #[arg(long, value_name = "E|auto", default_value = "auto", value_parser = ev100,
+          allow_hyphen_values = true)]
+    pub ev100: Ev100,
+    /// Tone curve
+    #[arg(long, value_enum, default_value_t)]
+    pub tone: ToneKind,
+    /// Draw so many frames, then exit
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub frames: Option<u32>,
+    /// The last frame as a picture, without the panel
+    #[arg(long, value_name = "PNG")]
+    pub screenshot: Option<PathBuf>,
+    /// For tests: destroy the device after so many frames
+    #[arg(long, value_name = "N", hide = true)]
+    pub lose_device_after: Option<u32>,
 }
 
 /// Arguments of `utm-sky gallery`.

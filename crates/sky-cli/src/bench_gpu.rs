@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use anyhow::Result;
 use glam::Vec3;
+use sky_core::haze::Haze;
 use sky_core::metrics::Statistics;
 use sky_core::quantity::{Angle, Length};
 use sky_core::utm_sky::UtmSky;
@@ -120,13 +121,14 @@ impl Stage {
         let mut renderer = SkyRenderer::new(&gpu.device, sky.lut(), format)?;
         let frame = SkyFrame {
             observer_altitude: Length::from_km(STAGE_PLACE[0]),
-            turbidity: STAGE_PLACE[1],
+            haze: Haze::Turbidity(STAGE_PLACE[1]),
             sun: world_direction(
                 Angle::ZERO,
                 Angle::from_degrees(90.0 - STAGE_SUN_ZENITH_DEG),
             ),
             up: Vec3::Z,
             ground_albedo: 0.2,
+            sun_disc: true,
             exposure: Exposure::Ev100(14.0),
             tone: None,
         };

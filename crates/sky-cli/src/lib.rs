@@ -2,7 +2,7 @@
 //!
 //! Everything that touches a file or the terminal is here; the physics is in the other crates. The
 //! binary is one call of [`run`]. Exit status: 0 on success, 2 on bad input, on a file that cannot
-//! be written and on interruption. Out of scope: pixels on a screen.
+//! be written and on interruption.
 
 pub mod args;
 pub mod atlas;
@@ -34,6 +34,7 @@ pub mod table_io;
 pub mod terrain;
 pub mod tiers;
 pub mod truth;
+pub mod view;
 
 use std::ffi::OsString;
 use std::io::{self, Write as _};
@@ -83,6 +84,7 @@ fn dispatch(command: &Command) -> anyhow::Result<()> {
         Command::Sky(args) => sky::run(args),
         Command::Segment(args) => segment::run(args),
         Command::Render(args) => render::run(args),
+        Command::View(args) => view::run(args),
         Command::Gallery(args) => gallery::run(args),
         Command::Chart(args) => chart::run(args),
         Command::Models => models::run(),

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use sky_core::color::{linear_srgb_from_xyz, xyz_from_yxy};
 use sky_core::direction::SkyDirection;
 use sky_core::extended::single;
+use sky_core::haze::Haze;
 use sky_core::picture::Picture;
 use sky_core::quantity::Angle;
 use sky_core::sky_model::{Conditions, SkyModel};
@@ -185,10 +186,11 @@ impl Shot {
         let elevation = Angle::from_degrees(90.0 - self.conditions.sun_zenith.degrees());
         SkyFrame {
             observer_altitude: self.conditions.observer_altitude,
-            turbidity: self.conditions.turbidity,
+            haze: Haze::Turbidity(self.conditions.turbidity),
             sun: world_direction(self.sun_azimuth, elevation),
             up: Vec3::Z,
             ground_albedo: GROUND_ALBEDO,
+            sun_disc: true,
             exposure: match (self.tone, self.ev100) {
                 (None, _) => Exposure::None,
                 (_, Some(ev100)) => Exposure::Ev100(ev100),

@@ -1,5 +1,6 @@
 //! A procedural terrain of several hundred kilometers with ridges, so that aerial perspective has
-//! something to act on. Drawn by marching rays over the curved Earth; light and distance a pixel.
+//! something to act on. Drawn by marching rays over the curved Earth; light and distance a pixel. As a
+//! mesh, for a window, it is in `view/mesh.rs`.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -8,9 +9,9 @@ use sky_core::picture::Picture;
 use crate::render::Shot;
 
 /// Earth's radius \[km\].
-const RADIUS_KM: f32 = 6371.0;
+pub(crate) const RADIUS_KM: f32 = 6371.0;
 /// Highest ridge \[km\].
-const HIGHEST_KM: f32 = 3.2;
+pub(crate) const HIGHEST_KM: f32 = 3.2;
 /// Farthest ground that is looked for \[km\].
 const FARTHEST_KM: f32 = 700.0;
 /// Octaves of the ridges.
@@ -142,6 +143,7 @@ fn refine(start: f32, direction: Vec3, mut above: f32, mut below: f32) -> (f32, 
     )
 }
 
+/// Light of a place. Twin: `ground_fragment` in `view/ground.wgsl`.
 fn shade(picture: &Picture, axes: [Vec3; 3], place: Ground) -> [f32; 3] {
     const ACROSS: f32 = 0.05;
     let slope_east = (ridges(place.east + ACROSS, place.north) - place.height) / ACROSS;
@@ -164,7 +166,7 @@ fn shade(picture: &Picture, axes: [Vec3; 3], place: Ground) -> [f32; 3] {
 }
 
 /// Height of the ground \[km\]: ridged noise, gentler where it is low.
-fn ridges(east: f32, north: f32) -> f32 {
+pub(crate) fn ridges(east: f32, north: f32) -> f32 {
     let (mut x, mut y) = (east / 40.0 + 7.3, north / 40.0 + 2.9);
     let (mut sum, mut amplitude, mut weight) = (0.0, 0.55, 1.0);
     for octave in 0..OCTAVES {

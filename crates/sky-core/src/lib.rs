@@ -20,6 +20,7 @@ pub mod picture;
 pub mod quantity;
 pub mod shader_sky;
 pub mod sky_model;
+pub mod solar_position;
 pub mod spectrum;
 pub mod tonemap;
 pub mod utm_sky;

@@ -105,6 +105,18 @@ impl Camera {
         }
     }
 
+    /// From the world, the camera at its origin, to clip space: what a scene is drawn with. `None`
+    /// for pictures that no matrix makes.
+    #[must_use]
+    pub fn clip_from_world(&self) -> Option<Mat4> {
+        match self.projection {
+            Projection::Matrix { clip_from_view, .. } => {
+                Some(clip_from_view * Mat4::from_mat3(self.view_from_world))
+            }
+            Projection::Fisheye { .. } | Projection::Equirectangular => None,
+        }
+    }
+
     pub(crate) const fn is_panorama(&self) -> bool {
         !matches!(self.projection, Projection::Matrix { .. })
     }

@@ -2,12 +2,14 @@
 
 use glam::Vec3;
 use sky_core::aerial::AerialError;
+use sky_core::haze::{Haze, HazeError};
 use sky_core::lut::Lut;
 use sky_core::picture::Picture;
 use sky_core::quantity::{Angle, Length};
 use sky_core::sky_model::Conditions;
 use sky_core::tonemap::{Tone, ev100_from_luminance, exposure_from_ev100, luminance};
 use sky_core::utm_sky::UtmSky;
+use thiserror::Error;
 
 use crate::camera::{Camera, Dome};
 use crate::shader;
@@ -57,14 +59,16 @@ pub enum Exposure {
 pub struct SkyFrame {
     /// The observer's altitude above mean sea level.
     pub observer_altitude: Length,
-    /// The haze; see `sky_core::haze` for optical depths and visual ranges.
-    pub turbidity: f64,
+    /// The haze, as turbidity, optical depth, visual range or by Ångström's law.
+    pub haze: Haze,
     /// The world's direction toward the sun's center; any length.
     pub sun: Vec3,
     /// The world's direction up at the observer; any length.
     pub up: Vec3,
     /// Albedo of the ground.
     pub ground_albedo: f32,
+    /// Whether the sun's disc is drawn; the scene's light does not change.
+    pub sun_disc: bool,
     /// The exposure.
     pub exposure: Exposure,
     /// The tone curve of an 8-bit target; float targets take linear light.
@@ -75,27 +79,41 @@ impl Default for SkyFrame {
     fn default() -> Self {
         Self {
             observer_altitude: Length::from_m(2.0),
-            turbidity: 2.5,
+            haze: Haze::Turbidity(2.5),
             sun: Vec3::new(0.0, 0.707, 0.707),
             up: Vec3::Z,
             ground_albedo: 0.2,
+            sun_disc: true,
             exposure: Exposure::Auto,
             tone: Some(Tone::Neutral),
         }
     }
 }
 
+/// A frame that has no sky.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum FrameError {
+    /// A haze that cannot be.
+    #[error("haze: {0}")]
+    Haze(#[from] HazeError),
+    /// Conditions outside the table's domain.
+    #[error(transparent)]
+    Sky(#[from] AerialError),
+}
+
 impl SkyFrame {
     /// The conditions for the table.
-    #[must_use]
-    pub fn conditions(&self) -> Conditions {
+    ///
+    /// # Errors
+    /// When the haze cannot be: a turbidity below 1, a visual range beyond clean air's.
+    pub fn conditions(&self) -> Result<Conditions, HazeError> {
         let (sun, up) = (self.sun.normalize_or_zero(), self.up.normalize_or_zero());
         let zenith = sun.cross(up).length().atan2(sun.dot(up));
-        Conditions {
+        Ok(Conditions {
             observer_altitude: self.observer_altitude,
-            turbidity: self.turbidity,
+            turbidity: self.haze.turbidity()?,
             sun_zenith: Angle::from_radians(zenith.into()),
-        }
+        })
     }
 
     /// The local frame in the world: toward the sun's azimuth, left of it, up.
@@ -245,15 +263,18 @@ impl SkyRenderer {
     /// Computes the frame and uploads it: some microseconds, no allocation of ours.
     ///
     /// # Errors
-    /// When the conditions lie outside the table's domain. The sky of the last frame stays; with
+    /// When the haze cannot be or the conditions lie outside the table's domain. The sky of the last frame stays; with
     /// [`Self::show_outside_domain`] it can be painted as such.
     pub fn update(
         &mut self,
         queue: &wgpu::Queue,
         frame: &SkyFrame,
-    ) -> Result<&Picture, AerialError> {
-        let conditions = frame.conditions();
-        let picture = Picture::new(&self.sky, &conditions, frame.ground_albedo)?;
+    ) -> Result<&Picture, FrameError> {
+        let conditions = frame.conditions()?;
+        let mut picture = Picture::new(&self.sky, &conditions, frame.ground_albedo)?;
+        if !frame.sun_disc {
+            (picture.sun.upper, picture.sun.lower) = ([0.0; 3], [0.0; 3]);
+        }
         self.local = frame.local_axes();
         let display = self.display(frame, &picture);
         let place = [
@@ -404,7 +425,8 @@ impl SkyRenderer {
         pass.draw(0..3, 0..1);
     }
 
-    /// Binds a scene's color (linear light in cd·m⁻²) and depth for [`Self::composite`].
+    /// Binds a scene's color (linear light in cd·m⁻²) and depth for [`Self::composite`]. The depth may
+    /// be the depth texture that the scene was drawn with, or a float texture.
     #[must_use]
     pub fn scene(
         &self,

@@ -9,17 +9,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, anyhow, bail};
 use serde::{Deserialize, Serialize};
 use sky_core::haze::Haze;
-use sky_core::quantity::Length;
+use sky_core::quantity::{Angle, Length};
 use sky_core::sky_model::Domain;
-use solar_positioning::time::JulianDate;
-use solar_positioning::{Location, SolarPositions};
+use sky_core::solar_position::{GeoPlace, SolarPositionError, UtcTime, sun_position};
 
 use crate::files::read_text;
 use crate::truth::{DEFAULT_GROUND_ALBEDO, DOMAIN};
-
-/// Difference of terrestrial and universal time \[s\], 2015–2030 to a second or two: 0.01 s of the
-/// sun's way across the sky.
-const DELTA_T_S: f64 = 69.0;
 
 /// Distance of the times at which the sun's place is taken \[min\].
 const MINUTES: u32 = 5;
@@ -359,30 +354,26 @@ impl PlaceFile {
         if self.dates.is_empty() {
             bail!("place.dates: expected at least one date, found none");
         }
-        let location = Location {
-            latitude: self.latitude_deg,
-            longitude: self.longitude_deg,
+        let place = GeoPlace {
+            latitude: Angle::from_degrees(self.latitude_deg),
+            longitude: Angle::from_degrees(self.longitude_deg),
+            altitude: Length::ZERO,
         };
-        let positions = SolarPositions::new();
         let mut bounds = [f64::INFINITY, f64::NEG_INFINITY];
         for date in &self.dates {
-            let [year, month, day] = calendar(date)?;
-            let midnight = i32::try_from(year)
-                .ok()
-                .and_then(|y| JulianDate::from_utc(y, month, day, 0, 0, 0.0, DELTA_T_S).ok())
-                .ok_or_else(|| anyhow!("place.dates: expected YYYY-MM-DD, found {date:?}"))?;
+            let no_date = || anyhow!("place.dates: expected YYYY-MM-DD, found {date:?}");
+            let midnight = UtcTime::from_date(date).ok_or_else(no_date)?;
             let steps = (0..=24 * 60 / MINUTES).map(|i| f64::from(i * MINUTES) / 60.0);
-            for hour in steps.filter(|h| *h > from && *h < to).chain([from, to]) {
-                let at = |e| anyhow!("place: {date} {hour:.2} h: {e}");
-                let time =
-                    JulianDate::new(midnight.julian_date() + hour / 24.0, DELTA_T_S).map_err(at)?;
-                let sun = positions
-                    .at_from_julian(time, location, 0.0, None)
-                    .map_err(at)?;
-                let zenith = sun.zenith_angle();
+            for hours in steps.filter(|h| *h > from && *h < to).chain([from, to]) {
+                let time = UtcTime { hours, ..midnight };
+                let sun = sun_position(time, place).map_err(|e| match e {
+                    SolarPositionError::Date { .. } => no_date(),
+                    e => anyhow!("place: {date} {hours:.2} h: {e}"),
+                })?;
+                let zenith = sun.zenith.degrees();
                 if !(..=DOMAIN.sun_zenith_deg[1]).contains(&zenith) {
                     bail!(
-                        "place.hours_utc: expected the sun within {} deg of the zenith, found {zenith:.1} deg on {date} at {hour:.2} h UTC",
+                        "place.hours_utc: expected the sun within {} deg of the zenith, found {zenith:.1} deg on {date} at {hours:.2} h UTC",
                         DOMAIN.sun_zenith_deg[1]
                     );
                 }
@@ -395,16 +386,6 @@ impl PlaceFile {
             ((bounds[1] * 100.0).ceil() / 100.0).min(DOMAIN.sun_zenith_deg[1]),
         ])
     }
-}
-
-/// Year, month and day of `YYYY-MM-DD`.
-fn calendar(date: &str) -> Result<[u32; 3]> {
-    let expected = || anyhow!("place.dates: expected YYYY-MM-DD, found {date:?}");
-    let parts: Vec<u32> = date
-        .split('-')
-        .map(|part| part.parse().map_err(|_| expected()))
-        .collect::<Result<_>>()?;
-    parts.try_into().map_err(|_| expected())
 }
 
 #[cfg(test)]
