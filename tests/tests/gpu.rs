@@ -8,7 +8,6 @@
 
 use std::sync::{LazyLock, Mutex};
 
-use glam::Vec3;
 use sky_cli::evaluate::conditions;
 use sky_cli::render::{Painter, Pixels, Shot, draw_on_cpu, facing, looking};
 use sky_core::color::{LinearSrgb, xyz_from_linear_srgb, yxy_from_xyz};
@@ -19,7 +18,7 @@ use sky_core::quantity::{Angle, Length};
 use sky_core::sky_model::Yxy;
 use sky_core::utm_sky::UtmSky;
 use sky_gpu::headless::Headless;
-use sky_gpu::{Camera, Dome, Exposure, Projection, SkyFrame, SkyRenderer, Tier};
+use sky_gpu::{Camera, Dome, Projection, SkyFrame, SkyRenderer, Tier};
 
 static GPU: LazyLock<Headless> =
     LazyLock::new(|| Headless::new().unwrap_or_else(|error| panic!("{error}")));
