@@ -8,7 +8,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use sky_cli::atlas::kind::{Arithmetic, Kind, Tally};
 use sky_cli::atlas::sweep::{Density, Findings};
-use sky_cli::atlas::{MODELS, Subject};
+use sky_cli::atlas::{Subject, models};
 use sky_cli::fit_stress::{CELLS, DAMAGES, Effort, METHODS, maps, stress};
 use sky_cli::generate::parse_grid;
 use sky_cli::table_io::DirectionTable;
@@ -83,7 +83,7 @@ fn default_up_to(sun_zenith_deg: f64) -> Subject {
 
 #[test]
 fn the_default_model_does_not_fail_in_its_domain_and_refuses_outside() {
-    let findings = MODELS[0].subject().unwrap().sweep(DENSITY, &|| {});
+    let findings = models()[0].subject().unwrap().sweep(DENSITY, &|| {});
     no_failures(&findings, &NEVER);
     no_failures(&findings, &PATHS);
     let outside = findings
@@ -101,7 +101,7 @@ fn the_default_model_is_not_too_steep_before_deep_twilight() {
 
 /// A model of the atlas.
 fn named(name: &str) -> Subject {
-    let entry = MODELS.iter().find(|m| m.name == name).unwrap();
+    let entry = models().into_iter().find(|m| m.name == name).unwrap();
     entry.subject().unwrap()
 }
 

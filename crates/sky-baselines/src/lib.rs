@@ -63,6 +63,18 @@ pub struct Baseline {
     pub shader_sky: Option<fn() -> Box<dyn ShaderSky + Send>>,
 }
 
+impl Baseline {
+    /// Bytes of the model's tables.
+    #[must_use]
+    pub fn table_bytes(&self) -> usize {
+        // the one without a shader
+        self.shader_sky.map_or_else(
+            || bruneton::Bruneton::default().table_bytes(),
+            |make| make().table_bytes(),
+        )
+    }
+}
+
 /// Makes the two constructors of a model's row.
 macro_rules! makers {
     ($model:ty) => {

@@ -1025,10 +1025,10 @@ samples, failures, the largest score and a command that shows it. What the score
 and above which limit it is a failure, stands in atlas.html. The tables that were made for the sweep
 are written beside it.")]
 pub struct AtlasArgs {
-    /// Fewer samples, for a first look
+    /// Fewer samples, for a first look, and only the models that are quick themselves
     #[arg(long)]
     pub quick: bool,
-    /// Models, separated by commas; without it all: utm-sky, utm2005, perez-spherical
+    /// Models, separated by commas; without it all of `utm-sky models` but our own tiers
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub models: Option<Vec<String>>,
     /// Directory for atlas.csv and atlas.html; made if missing

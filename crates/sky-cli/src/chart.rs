@@ -16,7 +16,7 @@ use sky_core::picture::Picture;
 use sky_core::quantity::{Angle, LUMINOUS_EFFICACY_LM_PER_W};
 use sky_core::shader_sky::{SHADER_HEADER, SHADER_UNIFORMS, ShaderSky};
 use sky_core::sky_model::{Conditions, SkyModel, Yxy};
-use sky_core::utm_sky::{EMBEDDED_LUT, UtmSky};
+use sky_core::utm_sky::UtmSky;
 use sky_gpu::headless::Headless;
 use sky_gpu::{Dome, SkyFrame, Tier};
 
@@ -118,9 +118,10 @@ pub fn run(args: &ChartArgs) -> Result<()> {
     let bar = progress("models", models.len());
     let mut rows = Vec::new();
     for (model, gpu) in models.into_iter().zip(gpu_costs) {
-        let sky = model.sky(&truth)?;
+        let (sky, bytes) = model.sky(&truth)?;
         let errors = measure_errors(&*sky, &cases, &model)?;
         let mut costs = time_on_cpu(&model, &*sky)?;
+        costs.bytes = bytes;
         costs.gpu_ns = [gpu[0], gpu[1]];
         costs.ratio = gpu[2];
         rows.push(Row {
@@ -299,14 +300,12 @@ fn time_on_cpu(model: &Model, sky: &dyn SkyModel) -> Result<Costs> {
             * shortest(1, || {
                 std::hint::black_box(shader.rebuild(conditions.turbidity));
             });
-        costs.bytes = shader.table_bytes();
     } else if let Source::Ours | Source::Baked | Source::Dome = model.source {
         let sky = UtmSky::embedded()?;
         costs.update_us = 1e6
             * shortest(200, || {
                 drop(std::hint::black_box(Picture::new(&sky, &conditions, 0.2)));
             });
-        costs.bytes = EMBEDDED_LUT.len();
     } else {
         costs.update_us = map(&directions[..1]) * 1e6;
     }

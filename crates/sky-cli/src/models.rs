@@ -5,7 +5,7 @@ use sky_baselines::Baseline;
 use sky_core::direction::{SkyDirection, horizon_zenith};
 use sky_core::shader_sky::ShaderSky;
 use sky_core::sky_model::{Conditions, Domain, SkyModel, Yxy};
-use sky_core::utm_sky::UtmSky;
+use sky_core::utm_sky::{EMBEDDED_LUT, UtmSky};
 use sky_fit::sweep::Grid;
 use sky_sim::optics::OpticsSettings;
 use sky_sim::profile::AtmosphereProfile;
@@ -116,7 +116,7 @@ pub fn named(name: &str) -> Result<Model> {
 /// # Errors
 /// When there is no such model, or its table cannot be baked.
 pub fn open(name: &str) -> Result<Box<dyn SkyModel + Send>> {
-    named(name)?.sky(&general_truth()?)
+    Ok(named(name)?.sky(&general_truth()?)?.0)
 }
 
 /// The transport engine over the general atmosphere, 10 nm apart.
@@ -166,21 +166,23 @@ pub fn map(name: &str, conditions: &Conditions, table: &DirectionTable) -> Resul
 }
 
 impl Model {
-    /// The sky on the CPU. Tables are baked from the truth when asked for.
+    /// The sky on the CPU and the bytes of its tables, which are baked from the truth when asked for.
     ///
     /// # Errors
     /// When a table cannot be baked.
-    pub fn sky(&self, truth: &TransportSky) -> Result<Box<dyn SkyModel + Send>> {
+    pub fn sky(&self, truth: &TransportSky) -> Result<(Box<dyn SkyModel + Send>, usize)> {
+        let ours = EMBEDDED_LUT.len();
         Ok(match self.source {
-            Source::Ours => Box::new(UtmSky::embedded()?),
-            Source::Baked => Box::new(BakedSky::new(UtmSky::embedded()?)),
-            Source::Dome => Box::new(DomeSky::new(UtmSky::embedded()?)),
+            Source::Ours => (Box::new(UtmSky::embedded()?), ours),
+            Source::Baked => (Box::new(BakedSky::new(UtmSky::embedded()?)), ours),
+            Source::Dome => (Box::new(DomeSky::new(UtmSky::embedded()?)), ours),
             Source::Table(grid) => {
                 let air = truth.extinction()?;
                 let (lut, _) = bake(truth, &grid()?, Path::new("general"), air)?;
-                Box::new(UtmSky::new(lut))
+                let bytes = lut.encode().len();
+                (Box::new(UtmSky::new(lut)), bytes)
             }
-            Source::Published(baseline) => (baseline.sky)(),
+            Source::Published(baseline) => ((baseline.sky)(), baseline.table_bytes()),
         })
     }
 

@@ -1,6 +1,8 @@
 //! The renderer's tiers as skies on the CPU, so that what they lose can be measured: the texture of
 //! `shaders/baked.wgsl`, and the mesh of `shaders/dome.wgsl`.
 
+use std::sync::{Arc, Mutex, PoisonError};
+
 use sky_core::color::{LinearSrgb, xyz_from_linear_srgb, yxy_from_xyz};
 use sky_core::direction::{SkyDirection, horizon_zenith};
 use sky_core::quantity::Angle;
@@ -13,9 +15,15 @@ const TEXELS: [usize; 2] = [160, 152];
 /// Rings and spokes of the report's dome.
 const DOME: [usize; 2] = [9, 30];
 
-/// The sky through the baked texture.
+/// The sky through the baked texture, which is kept as long as the conditions stay.
 #[derive(Debug)]
-pub struct BakedSky(UtmSky);
+pub struct BakedSky {
+    sky: UtmSky,
+    kept: Mutex<Option<(Conditions, Arc<Texels>)>>,
+}
+
+/// The texture of the sky's part, row by row from the horizon up.
+type Texels = Vec<[f32; 3]>;
 
 /// The sky through the report's dome.
 #[derive(Debug)]
@@ -25,7 +33,33 @@ impl BakedSky {
     /// Of a table.
     #[must_use]
     pub const fn new(sky: UtmSky) -> Self {
-        Self(sky)
+        Self {
+            sky,
+            kept: Mutex::new(None),
+        }
+    }
+
+    fn texels(&self, conditions: &Conditions, frame: &SkyFrame) -> Arc<Texels> {
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((for_conditions, texels)) = &*kept
+            && for_conditions == conditions
+        {
+            return Arc::clone(texels);
+        }
+        let [width, height] = TEXELS;
+        let texels: Texels = (0..height)
+            .flat_map(|y| (0..width).map(move |x| (x, y)))
+            .map(|(x, y)| {
+                texel(
+                    frame,
+                    count(x) / count(width - 1),
+                    count(y) / count(height - 1),
+                )
+            })
+            .collect();
+        let texels = Arc::new(texels);
+        *kept = Some((*conditions, Arc::clone(&texels)));
+        texels
     }
 }
 
@@ -47,15 +81,14 @@ fn yxy([red, green, blue]: [f32; 3]) -> Yxy {
 }
 
 /// Whole part as an index and fraction of a place on a line of nodes.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "clamped to the nodes"
+)]
 fn cell(place: f32, nodes: usize) -> (usize, f32) {
-    let place = place.max(0.0);
-    let mut lower = 0;
-    let mut fraction = place;
-    while fraction > 1.0 && lower + 2 < nodes {
-        lower += 1;
-        fraction -= 1.0;
-    }
-    (lower, fraction.min(1.0))
+    let lower = (place.max(0.0) as usize).min(nodes - 2);
+    (lower, (place - count(lower)).clamp(0.0, 1.0))
 }
 
 fn count(n: usize) -> f32 {
@@ -72,7 +105,7 @@ impl SkyModel for BakedSky {
     }
 
     fn domain(&self) -> &Domain {
-        self.0.domain()
+        self.sky.domain()
     }
 
     fn yxy_map(
@@ -80,18 +113,9 @@ impl SkyModel for BakedSky {
         conditions: &Conditions,
         directions: &[SkyDirection],
     ) -> Result<Vec<Yxy>, OutsideDomain> {
-        let frame = self.0.frame(conditions)?;
+        let frame = self.sky.frame(conditions)?;
         let [width, height] = TEXELS;
-        let texels: Vec<[f32; 3]> = (0..height)
-            .flat_map(|y| (0..width).map(move |x| (x, y)))
-            .map(|(x, y)| {
-                texel(
-                    &frame,
-                    count(x) / count(width - 1),
-                    count(y) / count(height - 1),
-                )
-            })
-            .collect();
+        let texels = self.texels(conditions, &frame);
         let lowest = frame.cos_horizon();
         Ok(directions
             .iter()

@@ -1,9 +1,10 @@
 //! `utm-sky atlas`: where every model fails, found by a sweep over its domain and beyond.
 //!
-//! [`MODELS`] is the list of models and [`kind::KINDS`] that of failures; [`sweep`] asks every model the
+//! [`models`] is the list of models, the published ones included, and [`kind::KINDS`] that of failures; [`sweep`] asks every model the
 //! same questions. Nothing depends on the clock or on the number of threads. Out of scope: whether an
-//! answer is right (`report`), and the GPU.
+//! answer is right (`report`, `chart`).
 
+mod gpu;
 pub mod kind;
 mod locus;
 mod page;
@@ -17,41 +18,46 @@ use anyhow::{Context, Result, anyhow, bail};
 use sky_core::axis::Axis;
 use sky_core::sky_model::SkyModel;
 use sky_core::utm_sky::UtmSky;
-use sky_fit::sweep::Grid;
-use sky_sim::optics::OpticsSettings;
-use sky_sim::profile::AtmosphereProfile;
+use sky_gpu::headless::Headless;
 
 use crate::args::AtlasArgs;
 use crate::evaluate::Nodes;
-use crate::files::OutputFile;
-use crate::generate::{MAP_STEP_NM, bake, progress, spinner};
-use crate::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
+use crate::files::{OutputFile, print};
+use crate::generate::{bake, progress, spinner};
+use crate::models::{Source, all, general_truth};
 use kind::{Arithmetic, KINDS, Place, With};
 use sweep::{Density, Findings};
 
-/// A model of the atlas: its name, and how it is made.
+/// Models whose every condition costs tables of its own: not in the quick sweep, and asked less in the
+/// full one.
+const SLOW: [&str; 5] = [
+    "nishita",
+    "nishita-table",
+    "dobashi",
+    "hillaire",
+    "bruneton",
+];
+
+/// A model of the atlas.
 #[derive(Clone, Copy, Debug)]
 pub struct ModelEntry {
     /// Name in `--models` and in the files.
     pub name: &'static str,
-    make: fn() -> Result<Subject>,
+    source: Source,
 }
 
-/// The models. One that is no table is `Subject::other(Box::new(…))`.
-pub const MODELS: [ModelEntry; 3] = [
-    ModelEntry {
-        name: "utm-sky",
-        make: || Ok(Subject::table_of(UtmSky::embedded()?, "embedded")),
-    },
-    ModelEntry {
-        name: "utm2005",
-        make: || baked(&Grid::report()?, "utm2005.utmlut"),
-    },
-    ModelEntry {
-        name: "perez-spherical",
-        make: || baked(&Grid::perez()?, "perez-spherical.utmlut"),
-    },
-];
+/// The models of `utm-sky models`, but for our own tiers: they are the same formula.
+#[must_use]
+pub fn models() -> Vec<ModelEntry> {
+    all()
+        .into_iter()
+        .filter(|m| !matches!(m.source, Source::Baked | Source::Dome))
+        .map(|m| ModelEntry {
+            name: m.name,
+            source: m.source,
+        })
+        .collect()
+}
 
 impl ModelEntry {
     /// Makes the model.
@@ -59,7 +65,29 @@ impl ModelEntry {
     /// # Errors
     /// When its table cannot be read or made.
     pub fn subject(&self) -> Result<Subject> {
-        (self.make)()
+        match self.source {
+            Source::Table(grid) => {
+                let truth = general_truth()?;
+                let (table, _) = bake(&truth, &grid()?, Path::new("general"), truth.extinction()?)?;
+                Ok(Subject::table_of(
+                    UtmSky::new(table),
+                    &format!("{}.utmlut", self.name),
+                ))
+            }
+            Source::Published(baseline) => Ok(Subject::other((baseline.sky)())),
+            Source::Ours | Source::Baked | Source::Dome => {
+                Ok(Subject::table_of(UtmSky::embedded()?, "embedded"))
+            }
+        }
+    }
+
+    /// How densely it is swept.
+    fn density(&self, quick: bool) -> Density {
+        if quick || SLOW.contains(&self.name) {
+            Density::QUICK
+        } else {
+            Density::FULL
+        }
     }
 }
 
@@ -70,8 +98,8 @@ pub struct Subject {
     pub arithmetic: Arithmetic,
     /// Nodes of its table; empty where it has none.
     pub nodes: Nodes,
-    /// What `utm-sky sky --lut` must be given to ask it.
-    pub lut: Option<&'static str>,
+    /// What `utm-sky sky --lut` must be given to ask it; without it, it is asked by its name.
+    pub lut: Option<String>,
 }
 
 enum Sky {
@@ -91,7 +119,7 @@ impl std::fmt::Debug for Subject {
 impl Subject {
     /// A table's sky; `lut` names the table on the command line.
     #[must_use]
-    pub fn table_of(sky: UtmSky, lut: &'static str) -> Self {
+    pub fn table_of(sky: UtmSky, lut: &str) -> Self {
         let header = sky.lut().header();
         let list = |axis: &Axis| axis.nodes().to_vec();
         Self {
@@ -101,7 +129,7 @@ impl Subject {
                 turbidity: list(&header.turbidity),
                 sun_zenith_deg: list(&header.sun_zenith_deg),
             },
-            lut: Some(lut),
+            lut: Some(lut.to_owned()),
             sky: Sky::Table(Box::new(sky)),
         }
     }
@@ -145,18 +173,6 @@ impl Subject {
     pub fn columns(&self, density: Density) -> usize {
         sweep::columns(self, density)
     }
-}
-
-/// A table fitted to the transport engine's skies, as the report makes it.
-fn baked(grid: &Grid, lut: &'static str) -> Result<Subject> {
-    let settings = OpticsSettings::with_step_nm(MAP_STEP_NM)?;
-    let truth = TransportSky::new(
-        AtmosphereProfile::general(),
-        settings,
-        DEFAULT_GROUND_ALBEDO,
-    )?;
-    let (table, _) = bake(&truth, grid, Path::new("general"), truth.extinction()?)?;
-    Ok(Subject::table_of(UtmSky::new(table), lut))
 }
 
 /// A model and what its sweep found.
@@ -239,13 +255,14 @@ fn reproduce(subject: &Subject, place: &Place) -> String {
     };
     let here = place.conditions.observer_altitude.km();
     let [zenith, azimuth] = degrees(&place.direction);
-    let Some(lut) = subject.lut else {
-        return format!("# {} in direction {zenith},{azimuth}", scene(here));
-    };
+    let ask = subject.lut.as_ref().map_or_else(
+        || format!("--model {}", subject.model().name()),
+        |lut| format!("--lut {lut}"),
+    );
     if let With::Path(distance) = place.with {
         return format!(
             "printf 'view_zenith_deg,relative_azimuth_deg,distance_km\\n{zenith},{azimuth},{}\\n' \
-             > path.csv; utm-sky segment --lut {lut} {} --segments path.csv --out out.csv",
+             > path.csv; utm-sky segment {ask} {} --segments path.csv --out out.csv",
             round(distance),
             scene(here)
         );
@@ -264,7 +281,7 @@ fn reproduce(subject: &Subject, place: &Place) -> String {
     for (i, altitude) in altitudes.iter().enumerate() {
         let _ = write!(
             out,
-            "; utm-sky sky --lut {lut} {} --directions view.csv --out out{}.csv",
+            "; utm-sky sky {ask} {} --directions view.csv --out out{}.csv",
             scene(*altitude),
             i + 1
         );
@@ -313,20 +330,28 @@ pub fn csv(chapters: &[Chapter]) -> Result<Vec<u8>> {
 }
 
 /// The models of a list of names, all of them without one.
-fn chosen(names: Option<&[String]>) -> Result<Vec<&'static ModelEntry>> {
+fn chosen(names: Option<&[String]>, quick: bool) -> Result<Vec<ModelEntry>> {
+    let known = models();
     let Some(names) = names else {
-        return Ok(MODELS.iter().collect());
+        return Ok(known
+            .into_iter()
+            .filter(|m| !(quick && SLOW.contains(&m.name)))
+            .collect());
     };
     names
         .iter()
         .map(|name| {
-            MODELS.iter().find(|m| m.name == name).ok_or_else(|| {
-                let known: Vec<&str> = MODELS.iter().map(|m| m.name).collect();
-                anyhow!(
-                    "--models: expected some of {}, found {name}",
-                    known.join(", ")
-                )
-            })
+            known
+                .iter()
+                .find(|m| m.name == name)
+                .copied()
+                .ok_or_else(|| {
+                    let known: Vec<&str> = known.iter().map(|m| m.name).collect();
+                    anyhow!(
+                        "--models: expected some of {}, found {name}",
+                        known.join(", ")
+                    )
+                })
         })
         .collect()
 }
@@ -336,7 +361,7 @@ fn chosen(names: Option<&[String]>) -> Result<Vec<&'static ModelEntry>> {
 /// # Errors
 /// When a model is unknown or cannot be made, or the files cannot be written.
 pub fn run(args: &AtlasArgs) -> Result<()> {
-    let models = chosen(args.models.as_deref())?;
+    let models = chosen(args.models.as_deref(), args.quick)?;
     if models.is_empty() {
         bail!("--models: expected at least one model, found none");
     }
@@ -348,25 +373,35 @@ pub fn run(args: &AtlasArgs) -> Result<()> {
     })?;
     let csv_file = OutputFile::create(&args.out.join("atlas.csv"))?;
     let html_file = OutputFile::create(&args.out.join("atlas.html"))?;
-    let density = if args.quick {
-        Density::QUICK
-    } else {
-        Density::FULL
+    let device = match Headless::new() {
+        Ok(device) => Some(device),
+        Err(error) => {
+            print(&format!("gpu_f32 is left out: {error}\n"))?;
+            None
+        }
     };
     let mut chapters = Vec::new();
     for entry in models {
         let sign = spinner(entry.name);
         let subject = entry.subject()?;
+        let density = entry.density(args.quick);
         sign.finish_and_clear();
-        if let (Some(table), Some(name)) = (subject.table(), subject.lut)
+        if let (Some(table), Some(name)) = (subject.table(), &subject.lut)
             && name != "embedded"
         {
             // what the commands of the atlas ask
             OutputFile::create(&args.out.join(name))?.commit(&table.lut().encode())?;
         }
         let bar = progress(entry.name, subject.columns(density));
-        let findings = subject.sweep(density, &|| bar.inc(1));
+        let mut findings = subject.sweep(density, &|| bar.inc(1));
         bar.finish_and_clear();
+        if let (Some(device), Some(table)) = (&device, subject.table())
+            && subject.lut.as_deref() == Some("embedded")
+        {
+            let bar = progress("panoramas", density.panoramas() as usize);
+            gpu::sweep(device, table, density, &mut findings, &|| bar.inc(1))?;
+            bar.finish_and_clear();
+        }
         chapters.push(Chapter {
             name: entry.name,
             subject,
@@ -386,18 +421,21 @@ mod tests {
 
     #[test]
     fn an_unknown_model_is_named() {
-        let names = ["utm-sky".to_owned(), "hosek".to_owned()];
-        let message = chosen(Some(&names)).map(|_| ()).unwrap_err().to_string();
+        let names = ["utm-sky".to_owned(), "hosekk".to_owned()];
+        let message = chosen(Some(&names), true)
+            .map(|_| ())
+            .unwrap_err()
+            .to_string();
         assert!(
-            message.contains("hosek") && message.contains("utm2005"),
+            message.contains("hosekk") && message.contains("utm2005"),
             "{message}"
         );
-        assert_eq!(chosen(None).unwrap().len(), MODELS.len());
+        assert_eq!(chosen(None, false).unwrap().len(), models().len());
     }
 
     #[test]
     fn a_worst_case_is_a_command() {
-        let subject = MODELS[0].subject().unwrap();
+        let subject = models()[0].subject().unwrap();
         let place = Place {
             conditions: conditions(6.0, 2.0, 88.0),
             direction: SkyDirection::from_degrees(91.0, 30.0),

@@ -271,7 +271,7 @@ fn luminance_of(rgb: [f32; 3]) -> f64 {
     rgb.iter().zip(row).map(|(c, w)| f64::from(*c) * w).sum()
 }
 
-fn is_finite(light: &Yxy) -> bool {
+pub(super) fn is_finite(light: &Yxy) -> bool {
     light.luminance_cd_m2.is_finite() && light.x.is_finite() && light.y.is_finite()
 }
 
@@ -286,7 +286,7 @@ fn relative(a: f64, b: f64) -> f64 {
 }
 
 /// Difference of two lights: share of luminance, or of x or y.
-fn difference(a: &Yxy, b: &Yxy) -> f64 {
+pub(super) fn difference(a: &Yxy, b: &Yxy) -> f64 {
     relative(a.luminance_cd_m2, b.luminance_cd_m2)
         .max((a.x - b.x).abs())
         .max((a.y - b.y).abs())
