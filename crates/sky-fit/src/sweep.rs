@@ -553,6 +553,10 @@ impl MapEquations {
         let mut matrix = vec![0.0; K * K];
         let mut right = vec![[0.0; 3]; K];
         let mut used = 0.0;
+        let brightest = map
+            .sky
+            .iter()
+            .fold(0.0_f64, |most, light| most.max(light.luminance_cd_m2));
         for (d, light) in map.directions.iter().zip(&map.sky) {
             // a direction without light has no color to fit
             if light.luminance_cd_m2 <= 0.0 {
@@ -560,13 +564,15 @@ impl MapEquations {
             }
             let row = extended::basis_in(d, &map.conditions).map(f64::from);
             let target = [light.luminance_cd_m2.ln(), light.x, light.y];
-            used += 1.0;
+            // twilight spans five orders of magnitude: what is seen counts for more than what is not
+            let share = (light.luminance_cd_m2 / brightest).sqrt();
+            used += share;
             for i in 0..K {
                 for j in 0..K {
-                    matrix[i * K + j] += row[i] * row[j];
+                    matrix[i * K + j] += share * row[i] * row[j];
                 }
                 for (right, target) in right[i].iter_mut().zip(target) {
-                    *right += row[i] * target;
+                    *right += share * row[i] * target;
                 }
             }
         }
