@@ -28,8 +28,8 @@ struct SkyUniform {
 
 // A cosine as the formula takes it: below that of the lowest fitted ring it bends to stay.
 fn held(cosine: f32, lowest: f32) -> f32 {
-    let below = clamp((lowest - cosine) / 8.73e-4, 0.0, 1.0);
-    return max(cosine, lowest) - 8.73e-4 * (below - 0.5 * below * below);
+    let below = clamp((lowest - cosine) / 1.4e-3, 0.0, 1.0);
+    return max(cosine, lowest) - 1.4e-3 * (below - 0.5 * below * below);
 }
 
 // Luminance [cd/m2], x and y from a direction in the local frame at or above the horizon.

@@ -22,8 +22,8 @@ pub const EMBEDDED_LUT: &[u8] = include_bytes!("../../../luts/default.utmlut");
 /// Distance of the lowest ring that tables of the extended form are fitted to from the geometric
 /// horizon \[deg\]. Below it the sky is soon that ring's: the formula is not made to go on.
 pub const LOWEST_RING_DEG: f64 = 0.25;
-/// Width of the bend from the formula to the lowest ring's sky, in the cosine: 0.05° at the horizon.
-pub const LOWEST_RING_BEND: f64 = 8.73e-4;
+/// Width of the bend from the formula to the lowest ring's sky, in the cosine: 0.08° at the horizon.
+pub const LOWEST_RING_BEND: f64 = 1.4e-3;
 
 /// Values of a channel at a node of the Perez forms: zenith, A–E.
 pub const PEREZ_TERMS: usize = 6;
