@@ -231,8 +231,7 @@ fn blessing(bless: Option<&OsStr>, ci: Option<&OsStr>) -> Result<bool, &'static 
 
 #[test]
 fn pictures_are_those_that_were_kept() {
-    let variable = |name| std::env::var_os(name);
-    let (bless, ci) = (variable("UTM_SKY_BLESS"), variable("CI"));
+    let [bless, ci] = ["UTM_SKY_BLESS", "CI"].map(std::env::var_os);
     let bless = blessing(bless.as_deref(), ci.as_deref()).unwrap_or_else(|e| panic!("{e}"));
     let mut painter = Painter::new(UtmSky::embedded().expect("the table"))
         .unwrap_or_else(|error| panic!("{error}"));
@@ -279,9 +278,9 @@ fn every_kept_picture_is_drawn_and_small() {
 
 #[test]
 fn a_missing_reference_is_an_error_and_blessing_is_asked_for() {
-    let error = Picture::read(&references().join("none.png"))
-        .err()
-        .expect("no such file");
+    let Err(error) = Picture::read(&references().join("none.png")) else {
+        panic!("no such file");
+    };
     assert!(error.contains("expected the reference"), "{error}");
     let (set, other) = (Some(OsStr::new("1")), Some(OsStr::new("yes")));
     assert_eq!(blessing(None, None), Ok(false));
