@@ -49,15 +49,15 @@ fn dome_vertex(@builtin(vertex_index) index: u32) -> DomeVertex {
         let clip = view.world_to_clip * vec4<f32>(world, 0.0);
         out.position = vec4<f32>(clip.xy, view.dome.w * clip.w, clip.w);
     } else {
-        // right, forward and up of the view
-        let seen = (view.world_to_clip * vec4<f32>(world, 0.0)).xyz;
         if (view.kind.x < 1.5) {
-            let radius = zenith / 1.57079633;
-            let flat = max(length(seen.xy), 1e-6);
-            let disc = seen.xy / flat * radius;
+            // right and forward of the view; from the azimuth, for the nadir itself has none
+            let level = sky.local_x.xyz * cos(azimuth) + sky.local_y.xyz * sin(azimuth);
+            let seen = (view.world_to_clip * vec4<f32>(level, 0.0)).xy;
+            let disc = normalize(seen) * (zenith / 1.57079633);
             out.position = vec4<f32>(disc.x / max(view.kind.z, 1.0), disc.y * min(view.kind.z, 1.0), view.dome.w, 1.0);
         } else {
-            out.position = vec4<f32>(turn * 2.0 - 1.0, 1.0 - zenith / 1.57079633, view.dome.w, 1.0);
+            // azimuths grow to the left
+            out.position = vec4<f32>(1.0 - turn * 2.0, 1.0 - zenith / 1.57079633, view.dome.w, 1.0);
         }
     }
     return out;

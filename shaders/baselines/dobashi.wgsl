@@ -1,7 +1,8 @@
 // Dobashi et al. 2002; twin of crates/sky-baselines/src/dobashi.rs.
 // baseline[0]: the sun's direction, w: altitude, km; [3]-[5]: rows of XYZ from radiance, w: g.
-// Texture: four tables of 128 x 64 texels on top of each other: sunlight by the sun's cosine; light
-// of a segment by air, by haze, and what passes it, by the view's cosine; rows are altitudes.
+// Texture: four tables of 128 x 64 texels on top of each other: sunlight by the sun's cosine; by the
+// view's cosine, light of a segment by air and by haze, times GAIN, and what passes it; rows are
+// altitudes.
 
 const EARTH_RADIUS: f32 = 6371.0;
 const TOP: f32 = 100.0;
@@ -9,6 +10,7 @@ const PLANES_KM: f32 = 10.0;
 const PLANES: i32 = 200;
 const ANGLES: f32 = 128.0;
 const ALTITUDES: f32 = 64.0;
+const GAIN: f32 = 4096.0;
 
 fn table(which: f32, cosine: f32, row: f32) -> vec3<f32> {
     let column = clamp((1.0 + 2.0 * sign(cosine) * sqrt(abs(cosine))) / 3.0, 0.0, 1.0);
@@ -31,8 +33,8 @@ fn baseline_xyz(direction: vec3<f32>) -> vec3<f32> {
     let square = 1.0 + cos_gamma * cos_gamma;
     let g = baseline[3].w;
     let denominator = (1.0 - g) * (1.0 - g) + 2.0 * g * (1.0 - cos_gamma);
-    let air_phase = 0.059683104 * square;
-    let haze_phase = 0.11936621 * (1.0 - g * g) / (2.0 + g * g) * square
+    let air_phase = 0.059683104 / GAIN * square;
+    let haze_phase = 0.11936621 / GAIN * (1.0 - g * g) / (2.0 + g * g) * square
         / (denominator * sqrt(denominator));
     var light = vec3<f32>(0.0);
     var transmittance = vec3<f32>(1.0);

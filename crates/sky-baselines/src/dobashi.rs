@@ -35,6 +35,9 @@ const PLANES: u16 = 200;
 /// Texels of each table, over the angle and over the altitude.
 const ANGLES: usize = 128;
 const ALTITUDES: usize = 64;
+/// A segment's light is this many times as much in the texture: the highest air scatters 1e-6, and
+/// numbers below 6e-5 lose digits in `f16`.
+const TEXTURE_GAIN: f32 = 4096.0;
 /// Steps of the integrals in the tables.
 const STEPS: u16 = 64;
 
@@ -236,14 +239,16 @@ impl ShaderSky for Dobashi {
     fn shader_frame(&self, conditions: &Conditions) -> Result<ShaderFrame, OutsideDomain> {
         let frame = self.air.frame(conditions)?;
         let t = self.tables(conditions.turbidity);
+        let mut texture = Table::stacked(&[&t.sunlight, &t.by_air, &t.by_haze, &t.passed]);
+        for (i, texel) in texture.texels.iter_mut().enumerate() {
+            *texel = match i / (ANGLES * ALTITUDES) {
+                1 | 2 => texel.map(|light| TEXTURE_GAIN * light),
+                _ => *texel,
+            };
+        }
         Ok(ShaderFrame {
             uniforms: frame.uniforms(),
-            texture: Some(Table::stacked(&[
-                &t.sunlight,
-                &t.by_air,
-                &t.by_haze,
-                &t.passed,
-            ])),
+            texture: Some(texture),
         })
     }
 

@@ -8,6 +8,7 @@ use std::fmt::Write as _;
 use std::time::Instant;
 
 use anyhow::Result;
+use glam::Mat4;
 use sky_core::direction::SkyDirection;
 use sky_core::metrics::{
     SUN_EXCLUSION_DEG, Statistics, ciede2000_of_lights, is_clear_of_sun, white_luminance,
@@ -336,7 +337,17 @@ fn time_on_gpu(gpu: &Headless, models: &[Model], quick: bool) -> Result<Vec<[Opt
                 draws.push(stage.draw(*case));
                 places.push(i);
             } else if let Some(shader) = model.shader_sky() {
-                draws.push(published(gpu, &*shader, *size)?);
+                let axes = SkyFrame {
+                    sun: crate::render::world_direction(
+                        Angle::ZERO,
+                        Angle::from_degrees(90.0 - STAGE_SUN_ZENITH_DEG),
+                    ),
+                    ..SkyFrame::default()
+                }
+                .local_axes();
+                let clip_to_local = Stage::camera(*size).clip_to_local(axes);
+                let format = wgpu::TextureFormat::Rgba16Float;
+                draws.push(published(gpu, &*shader, &timed(), clip_to_local, format)?);
                 places.push(i);
             }
         }
@@ -352,7 +363,11 @@ fn time_on_gpu(gpu: &Headless, models: &[Model], quick: bool) -> Result<Vec<[Opt
     Ok(out)
 }
 
-/// The same full-screen triangle around a published sky's shader.
+/// Brings the light of a sky by day into the range of 16-bit floats: what [`published`] draws is
+/// linear sRGB \[cd·m⁻²\] times this.
+pub const PUBLISHED_SCALE: f32 = 5e-5;
+
+/// The same full-screen triangle around a published sky's shader; the factor is [`PUBLISHED_SCALE`].
 const AROUND: &str = "
 struct Stage { clip_to_local: mat4x4<f32> }
 @group(1) @binding(0) var<uniform> stage: Stage;
@@ -375,9 +390,20 @@ fn stage_fragment(in: Vertex) -> @location(0) vec4<f32> {
 }
 ";
 
-fn published(gpu: &Headless, sky: &dyn ShaderSky, size: [u32; 2]) -> Result<Draw<'static>> {
+/// What draws a published sky over a whole target. `clip_to_local` takes clip space to the shader's
+/// frame of reference.
+///
+/// # Errors
+/// When the conditions lie outside the model's domain.
+pub fn published(
+    gpu: &Headless,
+    sky: &dyn ShaderSky,
+    conditions: &Conditions,
+    clip_to_local: Mat4,
+    format: wgpu::TextureFormat,
+) -> Result<Draw<'static>> {
     let device = &gpu.device;
-    let frame = sky.shader_frame(&timed())?;
+    let frame = sky.shader_frame(conditions)?;
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some(sky.name()),
         source: wgpu::ShaderSource::Wgsl(format!("{SHADER_HEADER}{}{AROUND}", sky.shader()).into()),
@@ -398,16 +424,7 @@ fn published(gpu: &Headless, sky: &dyn ShaderSky, size: [u32; 2]) -> Result<Draw
     let mut uniforms = frame.uniforms.clone();
     uniforms.resize(SHADER_UNIFORMS, [0.0; 4]);
     let uniforms = buffer(&floats(&mut uniforms.into_iter().flatten()));
-    let camera = Stage::camera(size);
-    let axes = SkyFrame {
-        sun: crate::render::world_direction(
-            Angle::ZERO,
-            Angle::from_degrees(90.0 - STAGE_SUN_ZENITH_DEG),
-        ),
-        ..SkyFrame::default()
-    }
-    .local_axes();
-    let matrix = camera.clip_to_local(axes).to_cols_array();
+    let matrix = clip_to_local.to_cols_array();
     let matrix = buffer(&floats(&mut matrix.into_iter()));
     let texture = frame
         .texture
@@ -535,7 +552,7 @@ fn published(gpu: &Headless, sky: &dyn ShaderSky, size: [u32; 2]) -> Result<Draw
             module: &module,
             entry_point: Some("stage_fragment"),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
-            targets: &[Some(wgpu::TextureFormat::Rgba16Float.into())],
+            targets: &[Some(format.into())],
         }),
         multiview_mask: None,
         cache: None,
