@@ -303,6 +303,7 @@ fn small_report() -> ReportFiles {
         }],
         cells: &cells,
         wavelengths: &rows,
+        ledger: &[],
         figures: &[Figure {
             what: "size of the table [KiB]".to_owned(),
             value: "100".to_owned(),

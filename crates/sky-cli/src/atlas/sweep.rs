@@ -501,7 +501,7 @@ impl Sweeper<'_> {
         let score = f64::from(u8::from(answered));
         if !inside {
             record(t, Kind::SilentOutside, false, score, [0, 0]);
-        } else if seen == Cover::Sky {
+        } else if zenith < lowest - EDGE_DEG {
             record(t, Kind::RefusedInside, true, 1.0 - score, [0, 0]);
         }
         for (k, light) in lights.iter().enumerate().filter(|(_, l)| !dark(l)) {

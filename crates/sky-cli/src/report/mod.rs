@@ -39,6 +39,7 @@ use crate::evaluate::{CaseCounts, Nodes, compare_maps};
 use crate::files::{OutputFile, create_directory};
 use crate::generate::{MAP_STEP_NM, bake, progress, spinner};
 use crate::lut_commands::load;
+use crate::plan::{self, Seen};
 use crate::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
 use long_table::LongTable;
 use page::Section;
@@ -157,6 +158,8 @@ pub struct ReportInput<'a> {
     pub cells: &'a [CellReport],
     /// Color on coarse wavelengths against 1 nm, from [`wavelengths::convergence`]; may be empty.
     pub wavelengths: &'a [WavelengthRow],
+    /// What each constituent of the air is worth, from [`crate::plan::ledger`]; may be empty.
+    pub ledger: &'a [Seen],
     /// Figures that the report passes on.
     pub figures: &'a [Figure],
     /// Where everything comes from: hash of the profile, settings, version.
@@ -175,7 +178,7 @@ pub struct ReportFiles {
 }
 
 /// Anchors of the page's sections, in order.
-pub const SECTIONS: [&str; 11] = [
+pub const SECTIONS: [&str; 12] = [
     "summary",
     "profile",
     "spectra",
@@ -184,6 +187,7 @@ pub const SECTIONS: [&str; 11] = [
     "altitude",
     "chromaticity",
     "wavelengths",
+    "terms",
     "worst",
     "appendix-a",
     "provenance",
@@ -207,6 +211,7 @@ pub fn build(input: &ReportInput<'_>) -> Result<ReportFiles> {
         summary::against_altitude(input, &mut csv)?,
         skies::chromaticity_paths(input, &mut csv)?,
         wavelengths::section(input.wavelengths, &mut csv),
+        terms(input.ledger, &mut csv),
         cells::worst(input, &mut csv),
         appendix_section(&mut csv),
         provenance(input, &mut csv),
@@ -244,6 +249,61 @@ fn appendix_section(csv: &mut LongTable) -> Section {
     Section {
         id: "appendix-a",
         title: "Audit of the printed look-up table (Appendix A)",
+        body,
+    }
+}
+
+/// What leaving out a constituent, or the ground's light, would do to the sky.
+fn terms(ledger: &[Seen], csv: &mut LongTable) -> Section {
+    let rows: Vec<Vec<String>> = ledger
+        .iter()
+        .map(|seen| {
+            for (what, value) in [
+                ("directions seen", seen.directions_seen),
+                ("cases seen", seen.cases_seen),
+                ("delta_e p95", seen.delta_e_p95),
+                ("luminance p95", seen.luminance_p95),
+            ] {
+                csv.figure("terms", seen.term, None, what, value);
+            }
+            let worst = &seen.worst;
+            vec![
+                page::escape(seen.term),
+                format!("{:.1} %", 100.0 * seen.directions_seen),
+                format!("{:.1} %", 100.0 * seen.cases_seen),
+                format!("{:.2}", seen.delta_e_p95),
+                format!("{:.2} %", 100.0 * seen.luminance_p95),
+                format!(
+                    "{:.1} for {:.1} km, T {:.2}, sun {:.1}°",
+                    seen.delta_e_max,
+                    worst.observer_altitude.km(),
+                    worst.turbidity,
+                    worst.sun_zenith.degrees()
+                ),
+            ]
+        })
+        .collect();
+    let body = format!(
+        "<p>The sky without a constituent of the air, or without the light that the ground reflects, \
+         against the whole one, over the default table's domain (random cases, all directions). A \
+         term is seen where ΔE2000 is above 1. <code>utm-sky plan SCENE --explain TERM</code> shows a \
+         scene without it.</p>\n{}",
+        page::table(
+            &[
+                "without",
+                "directions seen",
+                "cases seen",
+                "ΔE p95",
+                "luminance p95",
+                "largest ΔE"
+            ],
+            &rows,
+            1
+        )
+    );
+    Section {
+        id: "terms",
+        title: "What each term is worth",
         body,
     }
 }
@@ -318,6 +378,8 @@ pub fn write_report(
     let (perez, _) = bake(truth, &Grid::perez()?, profile, truth.extinction()?)?;
     bar.set_message("report: wavelengths");
     let wavelengths = wavelengths::convergence(truth, &wavelengths::CONDITIONS)?;
+    bar.set_message("report: terms");
+    let ledger = plan::ledger()?;
     bar.set_message("report: held-out cases and pictures");
     let (seed, perez) = (UtmSky::new(seed), UtmSky::new(perez));
     let named = |name: &str, model: &'_ UtmSky| {
@@ -376,6 +438,7 @@ pub fn write_report(
         fits: &fits,
         cells: &cell_reports(&sky, &maps, &nodes)?,
         wavelengths: &wavelengths,
+        ledger: &ledger,
         figures: &figures,
         provenance: &provenance,
         settings: &ReportSettings::default(),
