@@ -6,6 +6,7 @@ use std::sync::Arc;
 use sky_cli::evaluate::{
     CaseCounts, Nodes, conditions, evaluate, evaluation_directions, held_out_cases, pool,
 };
+use sky_cli::plan::Seen;
 use sky_cli::report::{
     CellReport, ChannelReport, Figure, NamedModel, ReportFiles, ReportInput, ReportSettings,
     SECTIONS, appendix_a, build, wavelengths,
@@ -287,6 +288,16 @@ fn small_report() -> ReportFiles {
         picture_suns_deg: vec![60.0],
         path_suns: 5,
     };
+    let ledger = [Seen {
+        term: "ozone",
+        delta_e_median: 3.0,
+        delta_e_p95: 20.0,
+        delta_e_max: 40.0,
+        luminance_p95: 0.1,
+        directions_seen: 0.8,
+        cases_seen: 1.0,
+        worst: conditions(12.0, 2.0, 92.0),
+    }];
     let rows = [wavelengths::WavelengthRow {
         step_nm: 10,
         conditions: conditions(0.0, 2.0, 30.0),
@@ -303,7 +314,7 @@ fn small_report() -> ReportFiles {
         }],
         cells: &cells,
         wavelengths: &rows,
-        ledger: &[],
+        ledger: &ledger,
         figures: &[Figure {
             what: "size of the table [KiB]".to_owned(),
             value: "100".to_owned(),
