@@ -115,11 +115,7 @@ fn compare(gpu: &Headless, sky: &dyn ShaderSky, conditions: &Conditions) -> Vec<
                 [0, 4, 8].map(|at| number(&pixel[at..]) / f64::from(PUBLISHED_SCALE));
             let found = yxy_from_xyz(xyz_from_linear_srgb(LinearSrgb { red, green, blue }));
             let world = shot.direction(x, y).expect("a direction");
-            let [ahead, left, up] = axes.map(|axis| f64::from(axis.dot(world)));
-            let direction = SkyDirection {
-                view_zenith: Angle::from_radians(ahead.hypot(left).atan2(up)),
-                relative_azimuth: Angle::from_radians(left.atan2(ahead)),
-            };
+            let direction = SkyDirection::from_vector(axes.map(|axis| f64::from(axis.dot(world))));
             let nearby = [-EDGE_DEG, EDGE_DEG].map(|edge| {
                 let moved = SkyDirection {
                     view_zenith: Angle::from_degrees(direction.view_zenith.degrees() + edge),

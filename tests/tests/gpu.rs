@@ -274,14 +274,7 @@ fn outside_the_domain_is_an_error_and_can_be_seen() {
     let target = GPU.target([32, 32], format).expect("a target");
     let view = target.create_view(&wgpu::TextureViewDescriptor::default());
     for tier in [Tier::Fragment, Tier::Baked] {
-        let mut encoder = GPU
-            .device
-            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        renderer.prepare(&mut encoder, tier);
-        let mut pass = Headless::pass(&mut encoder, &view, None);
-        renderer.draw(&mut pass, 0, tier);
-        drop(pass);
-        GPU.queue.submit([encoder.finish()]);
+        GPU.draw(&mut renderer, &view, tier, |_, _| ());
         let bytes = GPU.read(&target).expect("pixels");
         let green = bytes
             .chunks_exact(8)

@@ -35,14 +35,7 @@ fn draw(gpu: &Headless, renderer: &mut SkyRenderer, target: &wgpu::Texture, t: f
         .expect("inside the domain");
     let camera = Camera::perspective(1.2, 1.0, looking(0.0, 0.0));
     renderer.set_camera(&gpu.queue, 0, &camera);
-    let mut encoder = gpu
-        .device
-        .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    renderer.prepare(&mut encoder, tier);
-    let mut pass = Headless::pass(&mut encoder, &view, None);
-    renderer.draw(&mut pass, 0, tier);
-    drop(pass);
-    gpu.queue.submit([encoder.finish()]);
+    gpu.draw(renderer, &view, tier, |_, _| ());
 }
 
 /// A half-precision number.

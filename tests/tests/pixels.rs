@@ -96,11 +96,7 @@ fn directions(shot: &Shot) -> Vec<(usize, SkyDirection)> {
         .enumerate()
         .filter_map(|(i, (x, y))| {
             let world = shot.direction(x, y)?;
-            let [ahead, left, up] = axes.map(|axis| f64::from(axis.dot(world)));
-            let direction = SkyDirection {
-                view_zenith: Angle::from_radians(ahead.hypot(left).atan2(up)),
-                relative_azimuth: Angle::from_radians(left.atan2(ahead)),
-            };
+            let direction = SkyDirection::from_vector(axes.map(|axis| f64::from(axis.dot(world))));
             (direction.view_zenith.degrees() <= lowest).then_some((i, direction))
         })
         .collect()

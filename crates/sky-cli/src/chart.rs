@@ -26,7 +26,7 @@ use crate::bench_gpu::{CASES, Cost, Draw, STAGE_PLACE, STAGE_SUN_ZENITH_DEG, Sta
 use crate::evaluate::{conditions, evaluation_directions};
 use crate::files::{OutputFile, create_directory};
 use crate::generate::progress;
-use crate::models::{Model, Source, all, general_truth, named};
+use crate::models::{Model, Source, all, answers, general_truth, named};
 use crate::report::chart::{Chart, Note, Scale, Series, Stroke};
 use crate::report::page::{Section, page, table};
 use crate::truth::TransportSky;
@@ -185,7 +185,6 @@ fn measure_errors(
     cases: &[Case],
     model: &Model,
 ) -> Result<Vec<Option<Errors>>> {
-    let horizontal_only = !sky.domain().below_horizontal;
     // conditions, direction, truth, answer, white of the case
     let mut lights = Vec::new();
     let mut asked = [0_u32; REGIMES.len()];
@@ -195,8 +194,8 @@ fn measure_errors(
             for (asked, (_, inside)) in asked.iter_mut().zip(REGIMES) {
                 *asked += u32::from(inside(&case.conditions, direction));
             }
-            let below = direction.view_zenith.degrees() > 90.0 + 1e-9;
-            if let Some(map) = map.as_ref().filter(|_| !(horizontal_only && below)) {
+            let answered = answers(sky.domain(), &case.conditions, direction);
+            if let Some(map) = map.as_ref().filter(|_| answered) {
                 lights.push((case, *direction, *truth, map[i]));
             }
         }

@@ -320,13 +320,7 @@ fn without_ozone(sky: &UtmSky, shot: &Shot) -> Result<Pixels> {
     let directions: Vec<SkyDirection> = (0..SIZE[1])
         .flat_map(|y| (0..SIZE[0]).map(move |x| (x, y)))
         .filter_map(|(x, y)| shot.direction(x, y))
-        .map(|world| {
-            let [x, y, z] = axes.map(|a| f64::from(a.dot(world)));
-            SkyDirection {
-                view_zenith: Angle::from_radians(x.hypot(y).atan2(z)),
-                relative_azimuth: Angle::from_radians(y.atan2(x)),
-            }
-        })
+        .map(|world| SkyDirection::from_vector(axes.map(|a| f64::from(a.dot(world)))))
         .collect();
     let lights = engine.yxy_map(&shot.conditions, &directions)?;
     Ok(Pixels::Srgb8(

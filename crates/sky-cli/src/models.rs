@@ -2,7 +2,7 @@
 
 use anyhow::{Result, anyhow, bail};
 use sky_baselines::Baseline;
-use sky_core::direction::{SkyDirection, horizon_zenith};
+use sky_core::direction::SkyDirection;
 use sky_core::shader_sky::ShaderSky;
 use sky_core::sky_model::{Conditions, Domain, SkyModel, Yxy};
 use sky_core::utm_sky::{EMBEDDED_LUT, UtmSky};
@@ -13,7 +13,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use crate::files::print;
-use crate::generate::bake;
+use crate::generate::{MAP_STEP_NM, bake};
 use crate::table_io::DirectionTable;
 use crate::tiers::{BakedSky, DomeSky};
 use crate::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
@@ -119,14 +119,14 @@ pub fn open(name: &str) -> Result<Box<dyn SkyModel + Send>> {
     Ok(named(name)?.sky(&general_truth()?)?.0)
 }
 
-/// The transport engine over the general atmosphere, 10 nm apart.
+/// The transport engine over the general atmosphere, as the default table is made from it.
 ///
 /// # Errors
 /// When the atmosphere cannot be built.
 pub fn general_truth() -> Result<TransportSky> {
     TransportSky::new(
         AtmosphereProfile::general(),
-        OpticsSettings::with_step_nm(10)?,
+        OpticsSettings::with_step_nm(MAP_STEP_NM)?,
         DEFAULT_GROUND_ALBEDO,
     )
 }
@@ -135,12 +135,7 @@ pub fn general_truth() -> Result<TransportSky> {
 /// its domain ends there.
 #[must_use]
 pub fn answers(domain: &Domain, conditions: &Conditions, direction: &SkyDirection) -> bool {
-    let horizon = horizon_zenith(conditions.observer_altitude).degrees();
-    let lowest = if domain.below_horizontal {
-        horizon
-    } else {
-        90.0
-    };
+    let lowest = domain.lowest_view_zenith_deg(conditions.observer_altitude);
     direction.view_zenith.degrees() <= lowest + 1e-9
 }
 

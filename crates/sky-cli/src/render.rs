@@ -8,15 +8,16 @@ use glam::{Mat3, Vec3};
 use image::{ExtendedColorType, ImageEncoder as _};
 use rayon::prelude::*;
 use sky_core::color::{linear_srgb_from_xyz, xyz_from_yxy};
-use sky_core::direction::SkyDirection;
+use sky_core::direction::{SkyDirection, report_directions};
 use sky_core::extended::single;
 use sky_core::haze::Haze;
+use sky_core::metrics::cosine_weighted_mean;
 use sky_core::picture::Picture;
 use sky_core::quantity::Angle;
 use sky_core::sky_model::{Conditions, SkyModel};
 use sky_core::tonemap::{Tone, dither, encoded, exposure_from_ev100, tone_mapped};
 use sky_core::utm_sky::UtmSky;
-use sky_gpu::headless::{Headless, LARGEST_SIDE};
+use sky_gpu::headless::{Headless, check_size};
 use sky_gpu::{
     Camera, Dome, Exposure, Projection, SkyFrame, SkyRenderer, Tier, auto_ev100, ev100_for_mean,
 };
@@ -25,7 +26,6 @@ use crate::args::{Backend, ProjectionKind, RenderArgs, SceneKind, TierKind, Tone
 use crate::files::OutputFile;
 use crate::models::{self, answers};
 use crate::scene::Scene;
-use crate::table_io::DirectionTable;
 use crate::terrain::{SceneBuffers, terrain};
 
 /// Albedo of the ground of the default table.
@@ -154,6 +154,14 @@ pub(crate) fn pixels(count: u32) -> f32 {
     u16::try_from(count).map_or(65535.0, f32::from)
 }
 
+/// The center of a pixel in the picture, −1..1 to the right and up.
+#[must_use]
+pub fn clip(pixel: [u32; 2], size: [u32; 2]) -> [f32; 2] {
+    let [x, y] = pixel.map(|p| pixels(p) + 0.5);
+    let [width, height] = size.map(pixels);
+    [x / width * 2.0 - 1.0, 1.0 - y / height * 2.0]
+}
+
 /// East, north, up: a direction from azimuth (clockwise from north) and elevation.
 #[must_use]
 pub fn world_direction(azimuth: Angle, elevation: Angle) -> Vec3 {
@@ -203,11 +211,7 @@ impl Shot {
     /// The world direction of a pixel; `None` outside a fisheye's disc.
     #[must_use]
     pub fn direction(&self, x: u32, y: u32) -> Option<Vec3> {
-        let [width, height] = self.size.map(pixels);
-        self.camera.direction([
-            (pixels(x) + 0.5) / width * 2.0 - 1.0,
-            1.0 - (pixels(y) + 0.5) / height * 2.0,
-        ])
+        self.camera.direction(clip([x, y], self.size))
     }
 }
 
@@ -281,11 +285,7 @@ pub fn draw_model(sky: &dyn SkyModel, shot: &Shot) -> Result<Pixels> {
         .enumerate()
         .filter_map(|(i, (x, y))| {
             let world = shot.direction(x, y)?;
-            let [ahead, left, up] = axes.map(|axis| f64::from(axis.dot(world)));
-            let direction = SkyDirection {
-                view_zenith: Angle::from_radians(ahead.hypot(left).atan2(up)),
-                relative_azimuth: Angle::from_radians(left.atan2(ahead)),
-            };
+            let direction = SkyDirection::from_vector(axes.map(|axis| f64::from(axis.dot(world))));
             answers(sky.domain(), &shot.conditions, &direction).then_some((i, direction))
         })
         .unzip();
@@ -302,32 +302,15 @@ pub fn draw_model(sky: &dyn SkyModel, shot: &Shot) -> Result<Pixels> {
         (None, _) => 1.0,
         (_, Some(ev100)) => exposure_from_ev100(ev100),
         (_, None) => {
-            let above: Vec<_> = DirectionTable::read_or_report(None)?
-                .directions
-                .into_iter()
-                .filter(|d| d.view_zenith.degrees() < 89.0)
-                .collect();
-            let map = ask(&above)?;
-            // a mean over the hemisphere, each direction weighted by its share of the horizontal
-            let share = |d: &SkyDirection| (2.0 * d.view_zenith.radians()).sin().max(0.0);
-            let whole: f64 = above.iter().map(share).sum();
-            let light: f64 = above
-                .iter()
-                .zip(map)
-                .map(|(d, yxy)| share(d) * yxy.luminance_cd_m2)
-                .sum();
-            exposure_from_ev100(ev100_for_mean(single(light / whole)))
+            // not the horizontal, where 1/cos has no value
+            let mut above = report_directions();
+            above.retain(|d| d.view_zenith.degrees() < 89.0);
+            let luminances: Vec<f64> = ask(&above)?.iter().map(|l| l.luminance_cd_m2).collect();
+            let mean = cosine_weighted_mean(&above, &luminances).unwrap_or(0.0);
+            exposure_from_ev100(ev100_for_mean(single(mean)))
         }
     };
     Ok(developed(lights, shot, exposure))
-}
-
-fn check_size([width, height]: [u32; 2]) -> Result<()> {
-    let fits = |side| (1..=LARGEST_SIDE).contains(&side);
-    if !fits(width) || !fits(height) {
-        bail!("size: expected 1 to {LARGEST_SIDE} pixels a side, found {width}x{height}");
-    }
-    Ok(())
 }
 
 #[expect(
@@ -395,17 +378,11 @@ impl Painter {
             .as_ref()
             .map(|scene| bind_scene(gpu, renderer, scene, shot.size))
             .transpose()?;
-        let mut encoder = gpu
-            .device
-            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        renderer.prepare(&mut encoder, shot.tier);
-        let mut pass = Headless::pass(&mut encoder, &view, None);
-        renderer.draw(&mut pass, 0, shot.tier);
-        if let Some(bound) = &bound {
-            renderer.composite(&mut pass, 0, bound, shot.aerial);
-        }
-        drop(pass);
-        gpu.queue.submit([encoder.finish()]);
+        gpu.draw(renderer, &view, shot.tier, |renderer, pass| {
+            if let Some(bound) = &bound {
+                renderer.composite(pass, 0, bound, shot.aerial);
+            }
+        });
         let bytes = gpu.read(&target)?;
         Ok(if shot.tone.is_some() {
             Pixels::Srgb8(

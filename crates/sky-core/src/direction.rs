@@ -25,6 +25,15 @@ impl SkyDirection {
         }
     }
 
+    /// From a vector of any length, as [`Self::unit_vector`] has it.
+    #[must_use]
+    pub fn from_vector([x, y, z]: [f64; 3]) -> Self {
+        Self {
+            view_zenith: Angle::from_radians(x.hypot(y).atan2(z)),
+            relative_azimuth: Angle::from_radians(y.atan2(x)),
+        }
+    }
+
     /// As a unit vector: z points up, the sun stands in the plane of x and z, on the side of
     /// positive x.
     #[must_use]

@@ -2,7 +2,7 @@
 //!
 //! The sun's disc is never part of the answer.
 
-use crate::direction::SkyDirection;
+use crate::direction::{SkyDirection, horizon_zenith};
 use crate::quantity::{Angle, Length};
 use serde::{Deserialize, Serialize};
 
@@ -54,6 +54,17 @@ pub struct OutsideDomain {
 }
 
 impl Domain {
+    /// View zenith angle of the lowest directions that are covered \[deg\]: the geometric horizon's, or
+    /// the horizontal's.
+    #[must_use]
+    pub fn lowest_view_zenith_deg(&self, observer_altitude: Length) -> f64 {
+        if self.below_horizontal {
+            horizon_zenith(observer_altitude).degrees()
+        } else {
+            90.0
+        }
+    }
+
     /// Checks conditions against the domain.
     ///
     /// # Errors

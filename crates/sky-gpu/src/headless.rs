@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::renderer::{SkyRenderer, Tier};
+
 /// Largest picture that is drawn \[pixels a side\].
 pub const LARGEST_SIDE: u32 = 8192;
 
@@ -41,6 +43,18 @@ pub struct Headless {
     pub info: wgpu::AdapterInfo,
     /// Nanoseconds of a tick of render-pass timestamps, where the device has them.
     pub timestamp_ns: Option<f32>,
+}
+
+/// Whether a picture can have so many pixels across and down.
+///
+/// # Errors
+/// When it cannot.
+pub fn check_size([width, height]: [u32; 2]) -> Result<(), HeadlessError> {
+    let fits = |side| (1..=LARGEST_SIDE).contains(&side);
+    if !fits(width) || !fits(height) {
+        return Err(HeadlessError::Size { width, height });
+    }
+    Ok(())
 }
 
 impl Headless {
@@ -84,10 +98,7 @@ impl Headless {
         [width, height]: [u32; 2],
         format: wgpu::TextureFormat,
     ) -> Result<wgpu::Texture, HeadlessError> {
-        let fits = |side| (1..=LARGEST_SIDE).contains(&side);
-        if !fits(width) || !fits(height) {
-            return Err(HeadlessError::Size { width, height });
-        }
+        check_size([width, height])?;
         Ok(self.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("picture"),
             size: wgpu::Extent3d {
@@ -105,6 +116,25 @@ impl Headless {
                 | wgpu::TextureUsages::TEXTURE_BINDING,
             view_formats: &[],
         }))
+    }
+
+    /// Draws the sky of the first camera on a target, what `over` adds, and submits it.
+    pub fn draw(
+        &self,
+        renderer: &mut SkyRenderer,
+        target: &wgpu::TextureView,
+        tier: Tier,
+        over: impl FnOnce(&SkyRenderer, &mut wgpu::RenderPass<'_>),
+    ) {
+        let mut encoder = self
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        renderer.prepare(&mut encoder, tier);
+        let mut pass = Self::pass(&mut encoder, target, None);
+        renderer.draw(&mut pass, 0, tier);
+        over(renderer, &mut pass);
+        drop(pass);
+        self.queue.submit([encoder.finish()]);
     }
 
     /// Begins a pass on a target, cleared to black.

@@ -13,14 +13,12 @@ use sky_gpu::{Camera, Exposure, Projection, SkyFrame, SkyRenderer, Tier};
 
 use super::kind::{Arithmetic, Kind, Place, With};
 use super::locus::Locus;
-use super::sweep::{Density, Findings, difference, is_finite};
+use super::sweep::{Density, EDGE_DEG, Findings, difference, is_finite};
 use crate::evaluate::conditions;
-use crate::render::{facing, pixels, world_direction};
+use crate::render::{clip, facing, world_direction};
 
 /// Pixels of a panorama; somewhat more than half of them are sky.
 const SIZE: [u32; 2] = [512, 256];
-/// Within this of the geometric horizon the ground may be seen \[deg\].
-const EDGE_DEG: f64 = 1e-3;
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 
 impl Density {
@@ -88,14 +86,7 @@ pub(super) fn sweep(
         };
         renderer.update(&gpu.queue, &frame)?;
         renderer.set_camera(&gpu.queue, 0, &camera);
-        let mut encoder = gpu
-            .device
-            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        renderer.prepare(&mut encoder, Tier::Fragment);
-        let mut pass = Headless::pass(&mut encoder, &view, None);
-        renderer.draw(&mut pass, 0, Tier::Fragment);
-        drop(pass);
-        gpu.queue.submit([encoder.finish()]);
+        gpu.draw(&mut renderer, &view, Tier::Fragment, |_, _| ());
         let bytes = gpu.read(&target)?;
         let axes = frame.local_axes();
         let horizon = horizon_zenith(seen.observer_altitude).radians();
@@ -103,11 +94,7 @@ pub(super) fn sweep(
         let [width, height] = SIZE;
         let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
         for ((x, y), pixel) in places.zip(bytes.chunks_exact(16)) {
-            let clip = [
-                (pixels(x) + 0.5) / pixels(width) * 2.0 - 1.0,
-                1.0 - (pixels(y) + 0.5) / pixels(height) * 2.0,
-            ];
-            let Some(world) = camera.direction(clip) else {
+            let Some(world) = camera.direction(clip([x, y], SIZE)) else {
                 continue;
             };
             let local = axes.map(|axis| axis.dot(world));
@@ -131,13 +118,9 @@ pub(super) fn sweep(
                 green: number(1),
                 blue: number(2),
             }));
-            let [ahead, left, up] = local.map(f64::from);
             let place = || Place {
                 conditions: seen,
-                direction: SkyDirection {
-                    view_zenith: Angle::from_radians(ahead.hypot(left).atan2(up)),
-                    relative_azimuth: Angle::from_radians(left.atan2(ahead)),
-                },
+                direction: SkyDirection::from_vector(local.map(f64::from)),
                 with: With::Nothing,
             };
             let t = &mut findings.tallies;

@@ -373,13 +373,6 @@ pub fn run(args: &AtlasArgs) -> Result<()> {
     })?;
     let csv_file = OutputFile::create(&args.out.join("atlas.csv"))?;
     let html_file = OutputFile::create(&args.out.join("atlas.html"))?;
-    let device = match Headless::new() {
-        Ok(device) => Some(device),
-        Err(error) => {
-            print(&format!("gpu_f32 is left out: {error}\n"))?;
-            None
-        }
-    };
     let mut chapters = Vec::new();
     for entry in models {
         let sign = spinner(entry.name);
@@ -395,12 +388,17 @@ pub fn run(args: &AtlasArgs) -> Result<()> {
         let bar = progress(entry.name, subject.columns(density));
         let mut findings = subject.sweep(density, &|| bar.inc(1));
         bar.finish_and_clear();
-        if let (Some(device), Some(table)) = (&device, subject.table())
+        if let Some(table) = subject.table()
             && subject.lut.as_deref() == Some("embedded")
         {
-            let bar = progress("panoramas", density.panoramas() as usize);
-            gpu::sweep(device, table, density, &mut findings, &|| bar.inc(1))?;
-            bar.finish_and_clear();
+            match Headless::new() {
+                Ok(device) => {
+                    let bar = progress("panoramas", density.panoramas() as usize);
+                    gpu::sweep(&device, table, density, &mut findings, &|| bar.inc(1))?;
+                    bar.finish_and_clear();
+                }
+                Err(error) => print(&format!("gpu_f32 is left out: {error}\n"))?,
+            }
         }
         chapters.push(Chapter {
             name: entry.name,

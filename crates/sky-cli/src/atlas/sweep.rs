@@ -29,7 +29,7 @@ const STEP_DEG: f64 = 0.01;
 /// Step of altitude that must not show \[km\].
 const STEP_KM: f64 = 0.01;
 /// Within this of the geometric horizon a model may answer or not \[deg\].
-const EDGE_DEG: f64 = 1e-3;
+pub(super) const EDGE_DEG: f64 = 1e-3;
 /// Every so many directions are also computed in other numbers.
 const TWIN_STRIDE: usize = 4;
 
@@ -426,11 +426,7 @@ impl Sweeper<'_> {
         let horizon = horizon_zenith(conditions.observer_altitude).degrees();
         let sun = conditions.sun_zenith.degrees();
         let places = places(horizon, sun, self.density, turn);
-        let lowest = if domain.below_horizontal {
-            horizon
-        } else {
-            90.0
-        };
+        let lowest = domain.lowest_view_zenith_deg(conditions.observer_altitude);
         let mut directions = Vec::with_capacity(FAN * places.len());
         for place in &places {
             directions.extend(fan(*place));
