@@ -9,6 +9,7 @@ pub mod gases;
 pub mod optics;
 pub mod ozone;
 pub mod phase;
+pub mod plane_parallel;
 pub mod profile;
 mod quadrature;
 pub mod radiance_map;

@@ -71,6 +71,8 @@ pub struct TransportSettings {
     pub most_orders: usize,
     /// The series stops when what remains is below this share of the field everywhere.
     pub tolerance: f64,
+    /// Cuts the series after this order, 1 being single scattering: to ask what the others are worth.
+    pub last_order: Option<usize>,
     /// Altitudes of the shells of the diffuse field \[km\]; those above the profile's top are dropped.
     pub shells_km: Vec<f64>,
     /// Local sun zenith angles of the diffuse field \[deg\].
@@ -85,6 +87,7 @@ impl Default for TransportSettings {
             azimuth_points: 8,
             most_orders: 60,
             tolerance: 2e-3,
+            last_order: None,
             shells_km: vec![
                 0.0, 0.1, 0.3, 0.6, 1.0, 1.5, 2.1, 2.9, 4.0, 5.5, 7.5, 10.0, 12.5, 15.5, 19.0,
                 23.0, 27.0, 32.0, 38.0, 46.0, 56.0, 70.0, 100.0,
@@ -100,6 +103,10 @@ impl Default for TransportSettings {
 /// Thickest segment of a path, as a fraction of (altitude + 4 km): for the field and an observer.
 const FIELD_SHELLS: f64 = 0.5;
 const VIEW_SHELLS: f64 = 0.2;
+/// Thickest shell between two readings of sunlight, as a fraction of the altitude, and the least
+/// altitude that counts \[km\]: the Earth's shadow lies there in deep twilight.
+const SUNLIGHT_SHELLS: f64 = 0.06;
+const SUNLIGHT_FROM_KM: f64 = 10.0;
 /// Sampling of the rays that build the diffuse field.
 const FIELD_SAMPLING: Sampling = Sampling {
     depth: 1.0,
@@ -124,6 +131,8 @@ pub struct Transport {
     diffuse: Diffuse,
     spread: Spread,
     view_shells: Vec<f64>,
+    /// The series was cut after single scattering.
+    is_single: bool,
 }
 
 /// Air and ground in sunlight: single scattering.
@@ -140,6 +149,8 @@ struct Sunlit {
 struct Diffuse {
     air: Sunlit,
     grid: Grid,
+    /// Finer shells, for where sunlight is read.
+    sunlight_grid: Grid,
     harmonics: Harmonics,
     source: Source,
     orders: usize,
@@ -211,6 +222,7 @@ impl Transport {
             diffuse,
             spread,
             view_shells,
+            is_single: settings.last_order == Some(1),
         })
     }
 
@@ -243,7 +255,7 @@ impl Transport {
         sun_zenith: Angle,
         directions: &[SkyDirection],
     ) -> Vec<f64> {
-        self.collect(observer_altitude, sun_zenith, directions, true)
+        self.collect(observer_altitude, sun_zenith, directions, !self.is_single)
     }
 
     /// First order of scattering alone (sun → air → eye and sun → ground → eye), same layout.
@@ -340,10 +352,27 @@ impl Transport {
     }
 }
 
+/// Shells with others between them, no further apart than [`SUNLIGHT_SHELLS`].
+fn subdivided(shells: &[f64]) -> Vec<f64> {
+    let mut out = vec![shells[0]];
+    for ends in shells.windows(2) {
+        let thickest = SUNLIGHT_SHELLS * (0.5 * (ends[0] + ends[1])).max(SUNLIGHT_FROM_KM);
+        let parts = ((ends[1] - ends[0]) / thickest).ceil().max(1.0);
+        let mut part = 1.0;
+        while part <= parts {
+            out.push(ends[0] + part / parts * (ends[1] - ends[0]));
+            part += 1.0;
+        }
+    }
+    out
+}
+
 /// How finely a path is sampled, and for whom.
 #[derive(Clone, Copy, Debug)]
 enum View {
-    /// The rays that build the field.
+    /// The rays that build the field from sunlight: the Earth's shadow ends at none of its shells.
+    Sunlight,
+    /// The rays that build the field from itself.
     Field,
     /// An observer's rays.
     Observer,
@@ -369,6 +398,8 @@ impl Diffuse {
             })
             .collect();
         let degree = degrees.iter().copied().max().unwrap_or(2);
+        let fine = subdivided(&shells);
+        let sunlight_grid = Grid::new(&fine, &settings.columns_deg, vec![0; fine.len()]);
         let grid = Grid::new(&shells, &settings.columns_deg, degrees);
         let mut field_shells = air.medium.segment_levels(FIELD_SHELLS);
         field_shells.extend(&shells);
@@ -381,21 +412,23 @@ impl Diffuse {
             source: Source::default(),
             orders: 1,
             grid,
+            sunlight_grid,
             air,
         }
     }
 
     fn template(&self, radius: f64, cosine: f64, view: View, scratch: &mut Scratch) -> Template {
-        let (shells, sampling) = match view {
-            View::Field => (&self.field_shells, &FIELD_SAMPLING),
-            View::Observer => (&self.view_shells, &VIEW_SAMPLING),
+        let (shells, sampling, grid) = match view {
+            View::Sunlight => (&self.field_shells, &FIELD_SAMPLING, &self.sunlight_grid),
+            View::Field => (&self.field_shells, &FIELD_SAMPLING, &self.grid),
+            View::Observer => (&self.view_shells, &VIEW_SAMPLING, &self.grid),
         };
         pulp::Arch::new().dispatch(|| {
             Template::new(
                 radius,
                 cosine,
                 &self.air.medium,
-                &self.grid,
+                grid,
                 shells,
                 sampling,
                 &mut scratch.path,
@@ -406,17 +439,27 @@ impl Diffuse {
     /// Sums the orders of scattering into `self.source`.
     fn successive_orders(&mut self, settings: &TransportSettings) -> Result<(), TransportError> {
         let shells = self.grid.shells.levels();
-        let rays: Vec<Vec<Ring>> = shells
-            .par_iter()
-            .map_init(Scratch::default, |scratch, z| {
-                self.rings_at(*z, settings, scratch)
-            })
-            .collect();
-        let mut order = self.gather(&rays, None);
+        let rays = |view: View| -> Vec<Vec<Ring>> {
+            shells
+                .par_iter()
+                .map_init(Scratch::default, |scratch, z| {
+                    self.rings_at(*z, view, settings, scratch)
+                })
+                .collect()
+        };
+        let mut order = self.gather(&rays(View::Sunlight), None);
+        let rays = rays(View::Field);
         let mut total = order.clone();
         let mut last_limit = total.column_sums();
         let mut share = f64::INFINITY;
         while share > settings.tolerance {
+            // the field of one order is the source of the next
+            if settings
+                .last_order
+                .is_some_and(|last| last <= self.orders + 1)
+            {
+                break;
+            }
             if self.orders >= settings.most_orders {
                 return Err(TransportError::NotConverged {
                     orders: self.orders,
@@ -453,7 +496,13 @@ impl Diffuse {
     }
 
     /// The field's directions at a shell; zenith intervals meet at the shell's own horizon.
-    fn rings_at(&self, z: f64, settings: &TransportSettings, scratch: &mut Scratch) -> Vec<Ring> {
+    fn rings_at(
+        &self,
+        z: f64,
+        view: View,
+        settings: &TransportSettings,
+        scratch: &mut Scratch,
+    ) -> Vec<Ring> {
         let horizon = horizon_cosine(z).acos();
         let shoulder = Angle::from_degrees(78.0).radians();
         let [high, low, ground] = settings.zenith_points;
@@ -470,7 +519,7 @@ impl Diffuse {
         zenith
             .iter()
             .map(|(cosine, w)| Ring {
-                template: self.template(radius, *cosine, View::Field, scratch),
+                template: self.template(radius, *cosine, view, scratch),
                 weight: w * core::f64::consts::TAU / as_f64(n),
                 cos_azimuth: (0..n)
                     .map(|k| (core::f64::consts::PI * (as_f64(k) + 0.5) / as_f64(n)).cos())
