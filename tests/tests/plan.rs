@@ -9,10 +9,11 @@ use std::sync::OnceLock;
 use cli_support::{names, refuse, succeed};
 use sky_cli::args::PlanTerm;
 use sky_cli::plan::scene::Scene;
-use sky_cli::plan::{Plan, Planned, plan_scene, verify_plan, visibility};
+use sky_cli::plan::{Plan, Planned, PlannedTier, plan_scene, verify_plan, visibility};
 use sky_core::lut::Lut;
 use sky_core::sky_model::Domain;
 use sky_core::utm_sky::UtmSky;
+use sky_gpu::Tier;
 use tempfile::tempdir;
 
 fn scenes() -> PathBuf {
@@ -234,11 +235,35 @@ fn a_plan_is_baked_and_refuses_what_lies_outside() {
         &format!("{hazy} --altitude-km 0.2 --sun-zenith-deg 30"),
         &["turbidity", "outside"],
     );
-    // what draws pictures takes it as any other table
-    succeed(
+    // what draws pictures takes the table, or the plan itself, and draws it as planned
+    assert_eq!(
+        lut.header().planned("tier"),
+        Some(runway().plan.tier.name())
+    );
+    let planned = Tier::planned(lut.header()).expect("a tier");
+    assert_eq!(
+        matches!(planned, Tier::Vertex(_)),
+        runway().plan.tier == PlannedTier::Vertex
+    );
+    let pictures = [
+        "baked/sky.utmlut",
+        "plan.toml",
+        &format!("plan.toml --tier {}", runway().plan.tier.name()),
+    ]
+    .map(|lut| {
+        let place = "--visual-range-km 40 --altitude-km 0.2 --sun-zenith-deg 30";
+        succeed(
+            directory.path(),
+            &format!("render --lut {lut} {place} --size 64x36 --out sky.png"),
+        );
+        fs::read(directory.path().join("sky.png")).unwrap()
+    });
+    assert_eq!(pictures[0], pictures[1]);
+    assert_eq!(pictures[0], pictures[2]);
+    refuse(
         directory.path(),
-        "render --lut baked/sky.utmlut --visual-range-km 40 --altitude-km 0.2 --sun-zenith-deg 30 \
-         --backend cpu --size 16x9 --out sky.png",
+        "render --lut plan.toml --turbidity 6 --altitude-km 0.2 --sun-zenith-deg 30 --out out.png",
+        &["plan.toml", "turbidity", "outside"],
     );
     let verified = succeed(
         directory.path(),

@@ -42,6 +42,8 @@ impl Display {
         let started = Command::new("Xvfb")
             .args(["-displayfd", "1", "-screen", "0", "800x600x24"])
             .args(["-nolisten", "tcp"])
+            // else it starts anew when a program ends, and refuses the next meanwhile
+            .arg("-noreset")
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::builder::{NonEmptyStringValueParser, TypedValueParser};
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
+use sky_core::lut::LutHeader;
 use sky_core::quantity::{Angle, Length};
 use sky_core::solar_position::{GeoPlace, UtcTime, sun_position};
 
@@ -385,11 +386,14 @@ pub enum LutSource {
     Embedded,
     /// A `.utmlut` file.
     File(PathBuf),
+    /// A plan (`.toml`), baked when it is asked for.
+    Plan(PathBuf),
 }
 
 fn lut_source(text: &str) -> Result<LutSource, std::convert::Infallible> {
     Ok(match text {
         "embedded" => LutSource::Embedded,
+        path if path.ends_with(".toml") => LutSource::Plan(path.into()),
         path => LutSource::File(path.into()),
     })
 }
@@ -423,7 +427,7 @@ pub struct SkyArgs {
 #[derive(Clone, Debug, Args)]
 #[group(skip)]
 pub struct SceneArgs {
-    /// Look-up table: a .utmlut file or the built-in one
+    /// Look-up table: a .utmlut file, a plan (.toml), which is baked first, or the built-in one
     #[arg(long, value_name = "FILE|embedded", default_value = "embedded", value_parser = lut_source)]
     pub lut: LutSource,
     /// Observer and sun.
@@ -495,6 +499,14 @@ pub enum TierKind {
     Fragment,
     /// A small texture, one fetch a pixel
     Baked,
+}
+
+impl TierKind {
+    /// The tier that the plan chose from which a table was baked, where it was.
+    #[must_use]
+    pub fn planned(header: &LutHeader) -> Option<Self> {
+        Self::from_str(header.planned("tier")?, false).ok()
+    }
 }
 
 /// What stands under the sky.
@@ -611,13 +623,13 @@ pub struct RenderArgs {
     /// Vertical field of view of a perspective picture [deg]
     #[arg(long, value_name = "DEG", default_value_t = 60.0, value_parser = within(1.0, 170.0))]
     pub fov_deg: f64,
-    /// How the sky is drawn (GPU)
-    #[arg(long, value_enum, default_value_t)]
-    pub tier: TierKind,
+    /// How the sky is drawn (GPU); without it as a plan has it, else fragment
+    #[arg(long, value_enum)]
+    pub tier: Option<TierKind>,
     /// What stands under the sky
     #[arg(long = "scene", value_enum, default_value_t)]
     pub scenery: SceneKind,
-    /// Leave the air between camera and scene out
+    /// Leave the air between camera and scene out, as some plans do
     #[arg(long)]
     pub no_aerial: bool,
     /// Who draws
@@ -681,13 +693,13 @@ speed. P: pause. F12: screenshot. Tab: panel. Azimuths are clockwise from north.
 display, utm-sky render draws the same."
 )]
 pub struct ViewArgs {
-    /// Look-up table: a .utmlut file or the built-in one
+    /// Look-up table: a .utmlut file, a plan (.toml), which is baked first, or the built-in one
     #[arg(long, value_name = "FILE|embedded", default_value = "embedded", value_parser = lut_source)]
     pub lut: LutSource,
-    /// Altitude of the observer above mean sea level, 0-30 [km]
-    #[arg(long, value_name = "KM", value_parser = within(0.0, 30.0), default_value_t = 1.0,
+    /// Altitude of the observer above mean sea level, 0-30; without it 1 [km]
+    #[arg(long, value_name = "KM", value_parser = within(0.0, 30.0),
           allow_negative_numbers = true)]
-    pub altitude_km: f64,
+    pub altitude_km: Option<f64>,
     /// The haze; without it a turbidity of 2.5.
     #[command(flatten)]
     pub haze: HazeArgs,
@@ -695,10 +707,10 @@ pub struct ViewArgs {
     #[arg(long, value_name = "ALPHA", value_parser = within(-1.0, 4.0), requires = "angstrom_beta",
           allow_negative_numbers = true, help_heading = "Haze (one of)")]
     pub angstrom_alpha: Option<f64>,
-    /// Zenith angle of the sun, 0-96 [deg]
-    #[arg(long, value_name = "DEG", value_parser = within(0.0, 96.0), default_value_t = 60.0,
+    /// Zenith angle of the sun, 0-96; without it 60 [deg]
+    #[arg(long, value_name = "DEG", value_parser = within(0.0, 96.0),
           allow_negative_numbers = true, help_heading = "Sun")]
-    pub sun_zenith_deg: f64,
+    pub sun_zenith_deg: Option<f64>,
     /// Azimuth of the sun, clockwise from north [deg]
     #[arg(long, value_name = "DEG", default_value_t = 180.0, value_parser = within(-360.0, 360.0),
           allow_negative_numbers = true, help_heading = "Sun")]
@@ -728,9 +740,9 @@ pub struct ViewArgs {
     /// GPU, by a part of its name; without it the fastest
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
-    /// How the sky is drawn
-    #[arg(long, value_enum, default_value_t)]
-    pub tier: TierKind,
+    /// How the sky is drawn; without it as a plan has it, else fragment
+    #[arg(long, value_enum)]
+    pub tier: Option<TierKind>,
     /// What stands under the sky
     #[arg(long = "scene", value_enum, default_value_t)]
     pub scenery: SceneKind,
@@ -762,7 +774,7 @@ pub struct ViewArgs {
 
 Writes gallery.png, one contact sheet, and gallery.html, the same with captions.")]
 pub struct GalleryArgs {
-    /// Look-up table: a .utmlut file or the built-in one
+    /// Look-up table: a .utmlut file, a plan (.toml), which is baked first, or the built-in one
     #[arg(long, value_name = "FILE|embedded", default_value = "embedded", value_parser = lut_source)]
     pub lut: LutSource,
     /// Who draws
@@ -856,7 +868,7 @@ pub struct ExportShadersArgs {
     /// Language
     #[arg(long, value_enum)]
     pub target: ShaderTarget,
-    /// Look-up table: a .utmlut file or the built-in one
+    /// Look-up table: a .utmlut file, a plan (.toml), which is baked first, or the built-in one
     #[arg(long, value_name = "FILE|embedded", default_value = "embedded", value_parser = lut_source)]
     pub lut: LutSource,
     /// Directory
@@ -1006,7 +1018,7 @@ pub struct PlanArgs {
 #[command(after_help = "Example:
   utm-sky report --lut target/utm-sky/sky.utmlut --out target/utm-sky")]
 pub struct ReportArgs {
-    /// Look-up table: a .utmlut file or the built-in one
+    /// Look-up table: a .utmlut file, a plan (.toml), which is baked first, or the built-in one
     #[arg(long, value_name = "FILE|embedded", default_value = "embedded", value_parser = lut_source)]
     pub lut: LutSource,
     /// Directory for report.html and report.csv; made if missing
@@ -1080,7 +1092,7 @@ pub enum LutCommand {
     #[command(after_help = "Example:
   utm-sky lut info target/utm-sky/sky.utmlut")]
     Info {
-        /// Look-up table: a .utmlut file or the word embedded
+        /// Look-up table: a .utmlut file, a plan (.toml) or the word embedded
         #[arg(value_name = "FILE|embedded", value_parser = lut_source)]
         lut: LutSource,
     },
@@ -1088,7 +1100,7 @@ pub enum LutCommand {
     #[command(after_help = "Example:
   utm-sky lut export target/utm-sky/sky.utmlut --csv coefficients.csv")]
     Export {
-        /// Look-up table: a .utmlut file or the word embedded
+        /// Look-up table: a .utmlut file, a plan (.toml) or the word embedded
         #[arg(value_name = "FILE|embedded", value_parser = lut_source)]
         lut: LutSource,
         /// The coefficients

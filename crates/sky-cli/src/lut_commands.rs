@@ -10,6 +10,8 @@ use sky_core::utm_sky::EMBEDDED_LUT;
 
 use crate::args::{LutArgs, LutCommand, LutSource};
 use crate::files::{OutputFile, print, read_bytes};
+use crate::generate::spinner;
+use crate::plan::Plan;
 
 /// Runs the command.
 ///
@@ -38,6 +40,13 @@ pub fn load(source: &LutSource) -> Result<Lut> {
             Lut::decode(EMBEDDED_LUT).map_err(|error| anyhow!("embedded: {error}"))
         }
         LutSource::File(path) => load_file(path),
+        LutSource::Plan(path) => {
+            let plan = Plan::load(path)?;
+            let bar = spinner("baking");
+            let lut = plan.bake();
+            bar.finish_and_clear();
+            lut.map_err(|error| anyhow!("{}: {error}", path.display()))
+        }
     }
 }
 
@@ -51,7 +60,7 @@ fn load_file(path: &Path) -> Result<Lut> {
 pub fn source_name(source: &LutSource) -> String {
     match source {
         LutSource::Embedded => "embedded".to_owned(),
-        LutSource::File(path) => path.display().to_string(),
+        LutSource::File(path) | LutSource::Plan(path) => path.display().to_string(),
     }
 }
 

@@ -11,6 +11,7 @@ use sky_core::color::{linear_srgb_from_xyz, xyz_from_yxy};
 use sky_core::direction::{SkyDirection, report_directions};
 use sky_core::extended::single;
 use sky_core::haze::Haze;
+use sky_core::lut::LutHeader;
 use sky_core::metrics::cosine_weighted_mean;
 use sky_core::picture::Picture;
 use sky_core::quantity::Angle;
@@ -25,6 +26,7 @@ use sky_gpu::{
 use crate::args::{Backend, ProjectionKind, RenderArgs, SceneKind, TierKind, ToneKind};
 use crate::files::OutputFile;
 use crate::models::{self, answers};
+use crate::plan::PlannedAerial;
 use crate::scene::Scene;
 use crate::terrain::{SceneBuffers, terrain};
 
@@ -77,14 +79,15 @@ pub fn run(args: &RenderArgs) -> Result<()> {
         ),
     };
     if let Some(name) = &args.model {
-        let shot = shot(args, &args.scene.conditions()?, is_exr);
+        let shot = shot(args, &args.scene.conditions()?, None, is_exr);
         let out = OutputFile::create(&args.out)?;
         let pixels = draw_model(&*models::open(name)?, &shot)?;
         out.commit(&file_bytes(&pixels, shot.size)?)?;
         return Ok(());
     }
     let scene = Scene::open(&args.scene)?;
-    let shot = shot(args, &scene.conditions, is_exr);
+    let header = scene.sky.lut().header();
+    let shot = shot(args, &scene.conditions, Some(header), is_exr);
     let out = OutputFile::create(&args.out)?;
     let source = scene.source.clone();
     let pixels = match args.backend {
@@ -97,7 +100,13 @@ pub fn run(args: &RenderArgs) -> Result<()> {
     Ok(())
 }
 
-fn shot(args: &RenderArgs, conditions: &Conditions, linear: bool) -> Shot {
+/// A plan's table says how it is drawn, where the arguments do not.
+fn shot(
+    args: &RenderArgs,
+    conditions: &Conditions,
+    header: Option<&LutHeader>,
+    linear: bool,
+) -> Shot {
     let [azimuth, elevation] = args.look.unwrap_or([args.sun_azimuth_deg, 10.0]);
     let [width, height] = args.size;
     let aspect = pixels(width) / pixels(height);
@@ -122,9 +131,12 @@ fn shot(args: &RenderArgs, conditions: &Conditions, linear: bool) -> Shot {
         size: args.size,
         ev100: args.ev100.0,
         tone: (!linear).then_some(tone(args.tone)),
-        tier: tier(args.tier),
+        tier: args
+            .tier
+            .or_else(|| TierKind::planned(header?))
+            .map_or(Tier::Fragment, tier),
         scenery: args.scenery,
-        aerial: !args.no_aerial,
+        aerial: !args.no_aerial && !header.is_some_and(without_aerial),
     }
 }
 
@@ -137,6 +149,12 @@ pub const fn tone(kind: ToneKind) -> Tone {
         ToneKind::Aces => Tone::Aces,
         ToneKind::Neutral => Tone::Neutral,
     }
+}
+
+/// Whether a table's plan leaves the air between camera and scene out.
+#[must_use]
+pub fn without_aerial(header: &LutHeader) -> bool {
+    header.planned("aerial") == Some(PlannedAerial::None.name())
 }
 
 /// The tier of a name.

@@ -194,6 +194,22 @@ impl TransportSky {
         ))
     }
 
+    /// The optics of a turbidity.
+    ///
+    /// # Panics
+    /// Never: profile and settings were checked.
+    #[must_use]
+    pub fn optics(&self, turbidity: f64) -> OpticalProfile {
+        OpticalProfile::build(&self.air.profile, &self.air.with_turbidity(turbidity))
+            .expect("checked settings")
+    }
+
+    /// Lights from radiance per unit of solar irradiance, as [`Self::radiance_ratio`] has it.
+    #[must_use]
+    pub fn colors(&self, ratios: &[f64]) -> Vec<Yxy> {
+        self.air.colors(ratios)
+    }
+
     /// The solved atmosphere of a turbidity.
     ///
     /// # Panics
@@ -201,11 +217,12 @@ impl TransportSky {
     #[must_use]
     pub fn solved(&self, turbidity: f64) -> Arc<Transport> {
         self.solved.get(turbidity, || {
-            let optics =
-                OpticalProfile::build(&self.air.profile, &self.air.with_turbidity(turbidity))
-                    .expect("checked settings");
-            Transport::solve(&optics, self.air.ground_albedo, &self.transport)
-                .expect("checked optics")
+            Transport::solve(
+                &self.optics(turbidity),
+                self.air.ground_albedo,
+                &self.transport,
+            )
+            .expect("checked optics")
         })
     }
 }

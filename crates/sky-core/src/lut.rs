@@ -184,7 +184,7 @@ pub struct LutHeader {
     pub generator: String,
     /// The engine that computed the skies.
     pub engine: String,
-    /// Settings of the engine and the fit, by name.
+    /// Settings of the engine and the fit, by name; [`Self::planned`] reads those of a plan.
     pub settings: BTreeMap<String, serde_json::Value>,
     /// Errors of the fit.
     pub fit: FitStatistics,
@@ -196,6 +196,13 @@ pub struct LutHeader {
 }
 
 impl LutHeader {
+    /// What a plan chose for the renderer under a name (`tier`, `aerial`), where the table was baked
+    /// from one.
+    #[must_use]
+    pub fn planned(&self, name: &str) -> Option<&str> {
+        self.settings.get(name)?.as_str()
+    }
+
     /// Number of values of one channel at one node.
     #[must_use]
     pub fn terms_per_channel(&self) -> usize {

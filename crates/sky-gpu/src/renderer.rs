@@ -3,7 +3,7 @@
 use glam::Vec3;
 use sky_core::aerial::AerialError;
 use sky_core::haze::{Haze, HazeError};
-use sky_core::lut::Lut;
+use sky_core::lut::{Lut, LutHeader};
 use sky_core::picture::Picture;
 use sky_core::quantity::{Angle, Length};
 use sky_core::sky_model::Conditions;
@@ -40,6 +40,19 @@ pub enum Tier {
     /// half the cost.
     #[default]
     Baked,
+}
+
+impl Tier {
+    /// The tier that the plan chose from which a table was baked, where it was.
+    #[must_use]
+    pub fn planned(header: &LutHeader) -> Option<Self> {
+        match header.planned("tier")? {
+            "vertex" => Some(Self::Vertex(Dome::REPORT)),
+            "fragment" => Some(Self::Fragment),
+            "baked" => Some(Self::Baked),
+            _ => None,
+        }
+    }
 }
 
 /// How light is scaled for the target.

@@ -30,6 +30,8 @@ impl From<Output> for Outcome {
 pub(crate) fn run(directory: &Path, line: &str) -> Outcome {
     utm_sky()
         .current_dir(directory)
+        // without one, a driver complains on stderr
+        .env("XDG_RUNTIME_DIR", directory)
         .args(line.split_whitespace())
         .output()
         .expect("the program starts")

@@ -156,14 +156,16 @@ pub const KINDS: [KindEntry; 18] = [
         "bend of ln Y over 10 m",
         [230, 160, 60],
     ),
-    // a true sky changes by 1.9 % per 10 m toward a low sun in haze: T 4, sun 86°, at the ground
+    // with the sun below the rim a true sky falls by up to 8.4 % per 0.01°: T 4, sun 96°, 0.4° above
+    // the horizon of 30 km
     entry(
         Kind::SteepDirection,
         "steep_direction",
-        0.05,
+        0.085,
         "share of luminance per 0.01°",
         [205, 190, 60],
     ),
+    // a true sky changes by 1.9 % per 10 m toward a low sun in haze: T 4, sun 86°, at the ground
     entry(
         Kind::SteepAltitude,
         "steep_altitude",

@@ -9,7 +9,7 @@ pub mod kind;
 mod locus;
 mod page;
 pub mod sweep;
-mod twin;
+pub(crate) mod twin;
 
 use std::fmt::Write as _;
 use std::path::Path;

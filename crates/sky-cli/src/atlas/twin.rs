@@ -85,7 +85,7 @@ pub(super) fn in_f64(
 }
 
 /// The light of a direction with the runtime's arithmetic and other coefficients.
-pub(super) fn with_coefficients(
+pub(crate) fn with_coefficients(
     coefficients: &Coefficients,
     radii: Radii,
     direction: &SkyDirection,
@@ -110,47 +110,6 @@ pub(super) fn with_coefficients(
 }
 
 /// Coefficients rounded to half precision.
-pub(super) fn rounded_to_f16(coefficients: &Coefficients) -> Coefficients {
-    coefficients.map(|row| row.map(f16))
-}
-
-/// The nearest half-precision number, ties to even; infinite beyond the largest.
-fn f16(x: f32) -> f32 {
-    const LEAST_NORMAL: f32 = 6.103_515_6e-5; // 2⁻¹⁴
-    const STEPS: f32 = 16_777_216.0; // one over the step below it, 2²⁴
-    const BEYOND_LARGEST: f32 = 65_520.0;
-    if x.is_nan() {
-        x
-    } else if x.abs() >= BEYOND_LARGEST {
-        f32::INFINITY.copysign(x)
-    } else if x.abs() < LEAST_NORMAL {
-        (x * STEPS).round_ties_even() / STEPS
-    } else {
-        // 13 of the 23 bits of the significand go
-        let bits = x.to_bits();
-        f32::from_bits((bits + 0x0fff + (bits >> 13 & 1)) & !0x1fff)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn half_precision_rounds_as_published() {
-        for (x, rounded) in [
-            (1.0_f32, 1.0_f32),
-            (1.000_4, 1.0),
-            (1.000_976_6, 1.000_976_6),
-            (-0.1, -0.099_975_586),
-            (65_504.0, 65_504.0),
-            (6e-8, 5.960_464_5e-8),
-            (2e-8, 0.0),
-            (2049.0, 2048.0),
-            (2051.0, 2052.0),
-        ] {
-            assert_eq!(f16(x).to_bits(), rounded.to_bits(), "{x}: {}", f16(x));
-        }
-        assert!(f16(1e5).is_infinite() && f16(f32::NAN).is_nan());
-    }
+pub(crate) fn rounded_to_f16(coefficients: &Coefficients) -> Coefficients {
+    coefficients.map(|row| row.map(|c| half::f16::from_f32(c).to_f32()))
 }

@@ -82,6 +82,17 @@ pub enum PlannedAerial {
     Default,
 }
 
+impl PlannedAerial {
+    /// The name in files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Default => "default",
+        }
+    }
+}
+
 /// Errors that the planner found on cases that the table was not fitted to.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -366,6 +377,8 @@ pub(super) fn header(plan: &Plan, truth: &TransportSky) -> Result<LutHeader> {
                 plan.constituents.join(",").into(),
             ),
             ("scene".to_owned(), plan.scene.clone().into()),
+            ("tier".to_owned(), plan.tier.name().into()),
+            ("aerial".to_owned(), plan.aerial.name().into()),
         ]),
         fit: FitStatistics::default(),
         extinction: Some(truth.extinction()?),

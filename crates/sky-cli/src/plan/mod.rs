@@ -8,6 +8,7 @@
 
 mod explain;
 mod file;
+mod ledger;
 pub mod scene;
 mod search;
 mod space;
@@ -28,12 +29,13 @@ use sky_sim::optics::Constituents;
 
 use crate::args::PlanArgs;
 use crate::files::{OutputFile, print};
-use crate::generate::spinner;
+use crate::generate::{progress, spinner};
 use crate::lut_commands::load;
 use crate::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
 
-pub use explain::{Seen, ledger, visibility, zenith_without_ozone};
+pub use explain::{visibility, zenith_without_ozone};
 pub use file::{Axes, Expected, Plan, PlannedAerial, PlannedTier};
+pub use ledger::{ALTITUDES_KM, COUNT, SUNS_DEG, Seen, ledger};
 use scene::{Scene, Tolerance};
 use search::{AXES, Choice, Search, term_names};
 use space::{
@@ -113,8 +115,8 @@ pub fn run(args: &PlanArgs) -> Result<()> {
     }
     let Some(path) = &args.scene else {
         let out = args.out.as_deref().map(OutputFile::create).transpose()?;
-        let bar = spinner("term ledger");
-        let (text, csv) = explain::ledger_tables(&ledger()?);
+        let bar = progress("term ledger", COUNT);
+        let (text, csv) = ledger::tables(&ledger(&|| bar.inc(1))?)?;
         bar.finish_and_clear();
         if let Some(out) = out {
             out.commit(csv.as_bytes())?;
@@ -407,6 +409,9 @@ pub fn plan_scene(scene: &Scene) -> Result<Planned> {
         plan.expected = expected(bytes, &drawn);
     }
     plan.aerial = aerial(scene, &sky)?;
+    // once more, for its header tells how it is drawn
+    let lut = plan.bake_on(&search.lattice, &fitted)?;
+    plan.expected.bytes = lut.encode().len();
     let mut removals: Vec<Removal> = broken
         .into_iter()
         .map(|(edit, trial)| Removal {
@@ -419,7 +424,7 @@ pub fn plan_scene(scene: &Scene) -> Result<Planned> {
         .collect();
     removals.sort_by(|a, b| a.ratio.total_cmp(&b.ratio));
     Ok(Planned {
-        lut: sky.lut().clone(),
+        lut,
         plan,
         aim,
         rows,

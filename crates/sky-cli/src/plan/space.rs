@@ -284,6 +284,18 @@ pub(super) struct Case {
     white: f64,
 }
 
+impl Case {
+    /// CIEDE2000 of each direction; infinite where there is no answer.
+    pub(super) fn delta_e(&self, found: &[Yxy]) -> Vec<f64> {
+        self.truth
+            .iter()
+            .zip(found)
+            .map(|(truth, found)| ciede2000_of_lights(*found, *truth, self.white))
+            .map(|e| if e.is_nan() { f64::INFINITY } else { e })
+            .collect()
+    }
+}
+
 /// The truth of cases, each in every `stride`th of the directions of [`evaluation_directions`].
 pub(super) fn cases(
     truth: &dyn SkyModel,
@@ -384,13 +396,12 @@ pub(super) fn score(cases: &[Case], found: &[Vec<Yxy>]) -> Result<Score> {
     let mut worst: Option<(f64, Conditions)> = None;
     let mut seen_cases = 0.0;
     for (case, found) in cases.iter().zip(found) {
-        let before = delta_e.len();
+        let colors = case.delta_e(found);
+        let most = colors.iter().copied().fold(0.0, f64::max);
+        delta_e.extend(colors);
         for (truth, found) in case.truth.iter().zip(found) {
-            let color = ciede2000_of_lights(*found, *truth, case.white);
-            delta_e.push(if color.is_nan() { f64::INFINITY } else { color });
             luminance.push(relative_error(found.luminance_cd_m2, truth.luminance_cd_m2));
         }
-        let most = delta_e[before..].iter().copied().fold(0.0, f64::max);
         if most > 1.0 {
             seen_cases += 1.0;
         }

@@ -41,6 +41,7 @@ use crate::generate::{MAP_STEP_NM, bake, progress, spinner};
 use crate::lut_commands::load;
 use crate::plan::{self, Seen};
 use crate::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
+use chart::{HeatMap, short};
 use long_table::LongTable;
 use page::Section;
 use wavelengths::WavelengthRow;
@@ -211,7 +212,7 @@ pub fn build(input: &ReportInput<'_>) -> Result<ReportFiles> {
         summary::against_altitude(input, &mut csv)?,
         skies::chromaticity_paths(input, &mut csv)?,
         wavelengths::section(input.wavelengths, &mut csv),
-        terms(input.ledger, &mut csv),
+        terms(input.ledger, &mut csv)?,
         cells::worst(input, &mut csv),
         appendix_section(&mut csv),
         provenance(input, &mut csv),
@@ -253,8 +254,8 @@ fn appendix_section(csv: &mut LongTable) -> Section {
     }
 }
 
-/// What leaving out a constituent, or the ground's light, would do to the sky.
-fn terms(ledger: &[Seen], csv: &mut LongTable) -> Section {
+/// What leaving out a term would do to the sky.
+fn terms(ledger: &[Seen], csv: &mut LongTable) -> Result<Section> {
     let rows: Vec<Vec<String>> = ledger
         .iter()
         .map(|seen| {
@@ -283,11 +284,26 @@ fn terms(ledger: &[Seen], csv: &mut LongTable) -> Section {
             ]
         })
         .collect();
+    let labels = |all: &[f64]| all.iter().map(|v| short(*v)).collect::<Vec<_>>();
+    let mut maps = String::new();
+    for seen in ledger.iter().filter(|seen| !seen.map.is_empty()) {
+        let map = HeatMap {
+            title: format!("without {}", seen.term),
+            x: ("sun zenith [°]".to_owned(), labels(&plan::SUNS_DEG)),
+            y: ("altitude [km]".to_owned(), labels(&plan::ALTITUDES_KM)),
+            values: seen.map.iter().map(|share| 100.0 * share).collect(),
+            full_scale: 100.0,
+            size: [350, 220],
+        };
+        maps.push_str(&map.html()?);
+    }
     let body = format!(
-        "<p>The sky without a constituent of the air, or without the light that the ground reflects, \
-         against the whole one, over the default table's domain (random cases, all directions). A \
-         term is seen where ΔE2000 is above 1. <code>utm-sky plan SCENE --explain TERM</code> shows a \
-         scene without it.</p>\n{}",
+        "<p>The sky without a term, against the whole one, over the default table's domain: altitudes, \
+         suns and three turbidities (1.2, 2.6, 5.5), directions from the zenith to the horizon. A term is \
+         seen where ΔE2000 is above 1; the maps show where. Constituents, the ground's light and orders of \
+         scattering are left out of the transport engine; curvature out of its first order; the \
+         others out of the table. <code>utm-sky plan SCENE --explain TERM</code> shows a scene \
+         without a constituent.</p>\n{}<div class=\"grid\">{maps}</div>{}",
         page::table(
             &[
                 "without",
@@ -299,13 +315,14 @@ fn terms(ledger: &[Seen], csv: &mut LongTable) -> Section {
             ],
             &rows,
             1
-        )
+        ),
+        chart::color_bar(100.0, "% of directions")
     );
-    Section {
+    Ok(Section {
         id: "terms",
         title: "What each term is worth",
         body,
-    }
+    })
 }
 
 fn provenance(input: &ReportInput<'_>, csv: &mut LongTable) -> Section {
@@ -379,7 +396,7 @@ pub fn write_report(
     bar.set_message("report: wavelengths");
     let wavelengths = wavelengths::convergence(truth, &wavelengths::CONDITIONS)?;
     bar.set_message("report: terms");
-    let ledger = plan::ledger()?;
+    let ledger = plan::ledger(&|| ())?;
     bar.set_message("report: held-out cases and pictures");
     let (seed, perez) = (UtmSky::new(seed), UtmSky::new(perez));
     let named = |name: &str, model: &'_ UtmSky| {

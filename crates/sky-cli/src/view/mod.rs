@@ -17,7 +17,7 @@ use anyhow::{Result, anyhow, bail};
 use glam::Mat4;
 use sky_core::extended::single;
 use sky_core::haze::Haze;
-use sky_core::lut::Lut;
+use sky_core::lut::{Lut, LutHeader};
 use sky_core::quantity::{Angle, Length};
 use sky_core::sky_model::{Conditions, Domain};
 use sky_core::solar_position::{GeoPlace, SunPosition, UtcTime};
@@ -31,10 +31,12 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::keyboard::{KeyCode, PhysicalKey};
 use winit::window::{Window, WindowId};
 
-use crate::args::{SceneKind, ViewArgs};
+use crate::args::{SceneKind, TierKind, ViewArgs};
 use crate::files::OutputFile;
 use crate::lut_commands::{load, source_name};
-use crate::render::{GROUND_ALBEDO, Pixels, file_bytes, tier, tone, world_direction};
+use crate::render::{
+    GROUND_ALBEDO, Pixels, file_bytes, tier, tone, without_aerial, world_direction,
+};
 use crate::terrain::ridges;
 
 use flight::{Asked, EYE_KM, Flight, HazeWord, Keys, Sun};
@@ -77,7 +79,7 @@ pub fn run(args: &ViewArgs) -> Result<()> {
         .as_deref()
         .map(OutputFile::create)
         .transpose()?;
-    let controls = controls(args)?;
+    let controls = controls(args, sky.lut().header())?;
     let events = EventLoop::new().map_err(|e| {
         // what comes before the last colon is a line of the library's source
         let reason = e.to_string();
@@ -100,12 +102,17 @@ pub fn run(args: &ViewArgs) -> Result<()> {
     Ok(())
 }
 
-/// Where the flight starts.
-fn controls(args: &ViewArgs) -> Result<Controls> {
+/// Where the flight starts. What the arguments leave open lies inside the table's domain.
+fn controls(args: &ViewArgs, header: &LutHeader) -> Result<Controls> {
+    let domain = &header.domain;
+    let inside = |value: f64, [low, high]: [f64; 2]| value.clamp(low, high);
     let haze = args
         .haze
         .haze(args.angstrom_alpha)
-        .unwrap_or(Haze::Turbidity(2.5));
+        .unwrap_or_else(|| Haze::Turbidity(inside(2.5, domain.turbidity)));
+    let sun_zenith_deg = args
+        .sun_zenith_deg
+        .unwrap_or_else(|| inside(60.0, domain.sun_zenith_deg));
     let depth = haze.optical_depth_500().map_err(|e| anyhow!("haze: {e}"))?;
     let haze = match haze {
         Haze::Turbidity(value) => (HazeWord::Turbidity, value),
@@ -126,7 +133,7 @@ fn controls(args: &ViewArgs) -> Result<Controls> {
             hours_per_s: 0.0,
         },
         _ => Sun::Angles(SunPosition {
-            zenith: Angle::from_degrees(args.sun_zenith_deg),
+            zenith: Angle::from_degrees(sun_zenith_deg),
             azimuth: Angle::from_degrees(args.sun_azimuth_deg.rem_euclid(360.0)),
         }),
     };
@@ -134,17 +141,22 @@ fn controls(args: &ViewArgs) -> Result<Controls> {
     Ok(Controls {
         flight: Flight {
             place_km: [0.0; 2],
-            altitude_km: args.altitude_km,
+            altitude_km: args
+                .altitude_km
+                .unwrap_or_else(|| inside(1.0, domain.altitude_km)),
             look_deg: args.look.unwrap_or([toward_sun, 5.0]),
             speed_km_s: 0.25,
         },
         sun,
         haze,
-        tier: args.tier,
+        tier: args
+            .tier
+            .or_else(|| TierKind::planned(header))
+            .unwrap_or_default(),
         tone: args.tone,
         ev100: args.ev100.0,
         terrain: args.scenery == SceneKind::Terrain,
-        aerial: !args.no_aerial,
+        aerial: !args.no_aerial && !without_aerial(header),
         sun_disc: true,
         stripes: false,
         paused: false,
