@@ -23,6 +23,7 @@ pub mod lut_commands;
 pub mod map;
 pub mod models;
 pub mod optics;
+mod perez_table;
 pub mod plan;
 pub mod profile;
 pub mod render;

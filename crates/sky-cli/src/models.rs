@@ -9,11 +9,12 @@ use sky_core::utm_sky::{EMBEDDED_LUT, UtmSky};
 use sky_fit::sweep::Grid;
 use sky_sim::optics::OpticsSettings;
 use sky_sim::profile::AtmosphereProfile;
-use std::fmt::Write as _;
+use std::fmt::{self, Write as _};
 use std::path::Path;
 
 use crate::files::print;
 use crate::generate::{MAP_STEP_NM, bake};
+use crate::perez_table::PerezTable;
 use crate::table_io::DirectionTable;
 use crate::tiers::{BakedSky, DomeSky};
 use crate::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
@@ -111,12 +112,58 @@ pub fn named(name: &str) -> Result<Model> {
         })
 }
 
+/// A sky that was made.
+pub struct Opened {
+    sky: Sky,
+    /// Bytes of its tables.
+    pub bytes: usize,
+}
+
+/// A sky, with a shader or without.
+enum Sky {
+    Plain(Box<dyn SkyModel + Send>),
+    Shaded(Box<dyn ShaderSky + Send>),
+}
+
+impl fmt::Debug for Opened {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.sky().name())
+    }
+}
+
+impl Opened {
+    /// The sky.
+    #[must_use]
+    pub fn sky(&self) -> &dyn SkyModel {
+        match &self.sky {
+            Sky::Plain(sky) => &**sky,
+            Sky::Shaded(sky) => &**sky,
+        }
+    }
+
+    /// The sky with its shader, where it is one that the renderer does not draw itself.
+    #[must_use]
+    pub fn shader_sky(&self) -> Option<&dyn ShaderSky> {
+        match &self.sky {
+            Sky::Plain(_) => None,
+            Sky::Shaded(sky) => Some(&**sky),
+        }
+    }
+
+    fn into_sky(self) -> Box<dyn SkyModel + Send> {
+        match self.sky {
+            Sky::Plain(sky) => sky,
+            Sky::Shaded(sky) => sky,
+        }
+    }
+}
+
 /// The sky of a name over the general atmosphere; a table is baked first.
 ///
 /// # Errors
 /// When there is no such model, or its table cannot be baked.
 pub fn open(name: &str) -> Result<Box<dyn SkyModel + Send>> {
-    Ok(named(name)?.sky(&general_truth()?)?.0)
+    Ok(named(name)?.open(&general_truth()?)?.into_sky())
 }
 
 /// The transport engine over the general atmosphere, as the default table is made from it.
@@ -161,33 +208,35 @@ pub fn map(name: &str, conditions: &Conditions, table: &DirectionTable) -> Resul
 }
 
 impl Model {
-    /// The sky on the CPU and the bytes of its tables, which are baked from the truth when asked for.
+    /// Makes the sky; a table is baked from the truth first.
     ///
     /// # Errors
     /// When a table cannot be baked.
-    pub fn sky(&self, truth: &TransportSky) -> Result<(Box<dyn SkyModel + Send>, usize)> {
-        let ours = EMBEDDED_LUT.len();
+    pub fn open(&self, truth: &TransportSky) -> Result<Opened> {
+        let ours = |sky: Box<dyn SkyModel + Send>| Opened {
+            sky: Sky::Plain(sky),
+            bytes: EMBEDDED_LUT.len(),
+        };
         Ok(match self.source {
-            Source::Ours => (Box::new(UtmSky::embedded()?), ours),
-            Source::Baked => (Box::new(BakedSky::new(UtmSky::embedded()?)), ours),
-            Source::Dome => (Box::new(DomeSky::new(UtmSky::embedded()?)), ours),
+            Source::Ours => ours(Box::new(UtmSky::embedded()?)),
+            Source::Baked => ours(Box::new(BakedSky::new(UtmSky::embedded()?))),
+            Source::Dome => ours(Box::new(DomeSky::new(UtmSky::embedded()?))),
             Source::Table(grid) => {
                 let air = truth.extinction()?;
                 let (lut, _) = bake(truth, &grid()?, Path::new("general"), air)?;
-                let bytes = lut.encode().len();
-                (Box::new(UtmSky::new(lut)), bytes)
+                let sky = PerezTable::new(UtmSky::new(lut));
+                Opened {
+                    bytes: sky.table_bytes(),
+                    sky: Sky::Shaded(Box::new(sky)),
+                }
             }
-            Source::Published(baseline) => ((baseline.sky)(), baseline.table_bytes()),
+            Source::Published(baseline) => Opened {
+                sky: baseline
+                    .shader_sky
+                    .map_or_else(|| Sky::Plain((baseline.sky)()), |make| Sky::Shaded(make())),
+                bytes: baseline.table_bytes(),
+            },
         })
-    }
-
-    /// The sky with its shader, where it is a published one that has one.
-    #[must_use]
-    pub fn shader_sky(&self) -> Option<Box<dyn ShaderSky + Send>> {
-        match self.source {
-            Source::Published(baseline) => baseline.shader_sky.map(|make| make()),
-            _ => None,
-        }
     }
 
     /// Whether its air is its own, matched at equal aerosol optical depth.

@@ -6,13 +6,13 @@
 use crate::sky_model::{Conditions, OutsideDomain, SkyModel};
 
 /// Vectors of four `f32` in the uniform buffer.
-pub const SHADER_UNIFORMS: usize = 64;
+pub const SHADER_UNIFORMS: usize = 96;
 
 /// Declarations that a harness puts in front of [`ShaderSky::shader`]. The sampler is linear and
 /// clamps. `direction` is a unit vector in the observer's frame: z up, the sun in the x-z plane at
 /// azimuth 0, so that x points towards the sun's azimuth.
 pub const SHADER_HEADER: &str = "\
-@group(0) @binding(0) var<uniform> baseline: array<vec4<f32>, 64>;
+@group(0) @binding(0) var<uniform> baseline: array<vec4<f32>, 96>;
 @group(0) @binding(1) var baseline_texture: texture_2d<f32>;
 @group(0) @binding(2) var baseline_sampler: sampler;
 ";

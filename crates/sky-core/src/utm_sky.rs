@@ -381,7 +381,8 @@ impl PerezFrame {
 
 /// Perez's F from the values of a channel (zenith, A–E), the twin of
 /// [`crate::perez::PerezCoefficients::relative_luminance`] in `f32`.
-fn perez(c: &[f32; PEREZ_TERMS], air_mass: f32, gamma: f32) -> f32 {
+#[must_use]
+pub fn perez(c: &[f32; PEREZ_TERMS], air_mass: f32, gamma: f32) -> f32 {
     let [_, a, b, c, d, e] = *c;
     let exponent = if b == 0.0 { 0.0 } else { b * air_mass };
     let cos_gamma = gamma.cos();

@@ -4,18 +4,19 @@
 //! alone; a model is scored only where it claims to be valid, and the share of cases it covers is
 //! told. GPU costs are of a fragment shader over a full picture, beside the floor of a constant color.
 
-use std::fmt::Write as _;
+mod offline;
+mod page;
+mod published;
+
 use std::time::Instant;
 
 use anyhow::Result;
-use glam::Mat4;
 use sky_core::direction::SkyDirection;
 use sky_core::metrics::{
     SUN_EXCLUSION_DEG, Statistics, ciede2000_of_lights, is_clear_of_sun, white_luminance,
 };
 use sky_core::picture::Picture;
 use sky_core::quantity::{Angle, LUMINOUS_EFFICACY_LM_PER_W};
-use sky_core::shader_sky::{SHADER_HEADER, SHADER_UNIFORMS, ShaderSky};
 use sky_core::sky_model::{Conditions, SkyModel, Yxy};
 use sky_core::utm_sky::UtmSky;
 use sky_gpu::headless::Headless;
@@ -24,16 +25,18 @@ use sky_gpu::{Dome, SkyFrame, Tier};
 use crate::args::ChartArgs;
 use crate::bench_gpu::{CASES, Cost, Draw, STAGE_PLACE, STAGE_SUN_ZENITH_DEG, Stage, adapter_name};
 use crate::evaluate::{conditions, evaluation_directions};
-use crate::files::{OutputFile, create_directory};
+use crate::files::{OutputFile, create_directory, print};
 use crate::generate::progress;
-use crate::models::{Model, Source, all, answers, general_truth, named};
-use crate::report::chart::{Chart, Note, Scale, Series, Stroke};
-use crate::report::page::{Section, page, table};
+use crate::models::{Model, Opened, Source, all, answers, general_truth, named};
 use crate::truth::TransportSky;
+
+pub use published::{PUBLISHED_SCALE, published};
 
 const ALTITUDES_KM: [f64; 7] = [0.0, 1.0, 3.0, 9.0, 16.0, 25.0, 30.0];
 const TURBIDITIES: [f64; 3] = [1.5, 3.0, 6.0];
 const SUNS_DEG: [f64; 5] = [0.0, 40.0, 75.0, 88.0, 92.0];
+/// The renderer's default tier.
+const DEFAULT_TIER: &str = "utm-sky-baked";
 /// Sizes that GPU costs are taken at.
 const SIZES: [[u32; 2]; 2] = [[1920, 1080], [3840, 2160]];
 /// Wavelengths under the luminous efficiency function \[nm\]: turns a luminance into a mean spectral
@@ -105,24 +108,33 @@ struct Case {
 pub fn run(args: &ChartArgs) -> Result<()> {
     let models = chosen(&args.models)?;
     create_directory(&args.out)?;
-    let [csv_file, svg_file, page_file] = ["chart.csv", "chart.svg", "chart.html"]
-        .map(|name| OutputFile::create(&args.out.join(name)));
-    let (csv_file, svg_file, page_file) = (csv_file?, svg_file?, page_file?);
+    let file = |name: &str| OutputFile::create(&args.out.join(name));
+    let (csv_file, svg_file, page_file) =
+        (file("chart.csv")?, file("chart.svg")?, file("chart.html")?);
+    // our own settings belong to the whole chart; a quick one has a sample of them
+    let offline = if args.quick || args.models.is_empty() {
+        Some((file("offline.csv")?, offline::measure(args.quick)?))
+    } else {
+        None
+    };
     let truth = general_truth()?;
     let cases = cases(&truth, args.quick)?;
+    let skies: Vec<Opened> = models
+        .iter()
+        .map(|model| model.open(&truth))
+        .collect::<Result<_>>()?;
     let gpu = Headless::new().ok();
     let adapter = gpu.as_ref().map_or_else(|| "none".to_owned(), adapter_name);
     let gpu_costs = match &gpu {
-        Some(gpu) => time_on_gpu(gpu, &models, args.quick)?,
+        Some(gpu) => time_on_gpu(gpu, &models, &skies, args.quick)?,
         None => vec![[None; 3]; models.len()],
     };
     let bar = progress("models", models.len());
     let mut rows = Vec::new();
-    for (model, gpu) in models.into_iter().zip(gpu_costs) {
-        let (sky, bytes) = model.sky(&truth)?;
-        let errors = measure_errors(&*sky, &cases, &model)?;
-        let mut costs = time_on_cpu(&model, &*sky)?;
-        costs.bytes = bytes;
+    for ((model, sky), gpu) in models.into_iter().zip(&skies).zip(gpu_costs) {
+        let errors = measure_errors(sky.sky(), &cases, &model)?;
+        let mut costs = time_on_cpu(&model, sky)?;
+        costs.bytes = sky.bytes;
         costs.gpu_ns = [gpu[0], gpu[1]];
         costs.ratio = gpu[2];
         rows.push(Row {
@@ -135,10 +147,18 @@ pub fn run(args: &ChartArgs) -> Result<()> {
     }
     bar.finish_and_clear();
     mark_front(&mut rows);
-    csv_file.commit(csv(&rows, &adapter)?.as_bytes())?;
-    let panels = panels(&rows)?;
-    svg_file.commit(sheet(&panels).as_bytes())?;
-    page_file.commit(html(&rows, &panels, &adapter).as_bytes())?;
+    csv_file.commit(page::csv(&rows, &adapter)?.as_bytes())?;
+    let panels = page::panels(&rows)?;
+    svg_file.commit(page::sheet(&panels).as_bytes())?;
+    let offline = match offline {
+        Some((file, points)) => {
+            file.commit(offline::csv(&points)?.as_bytes())?;
+            offline::html(&points)?
+        }
+        None => "<p class=\"soft\">Measured where all models are.</p>".to_owned(),
+    };
+    page_file.commit(page::html(&rows, &panels, &offline, &adapter).as_bytes())?;
+    print(&page::beside_text(&rows, &page::beside(&rows))?)?;
     Ok(())
 }
 
@@ -267,7 +287,8 @@ fn shortest(runs: u32, mut work: impl FnMut()) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-fn time_on_cpu(model: &Model, sky: &dyn SkyModel) -> Result<Costs> {
+fn time_on_cpu(model: &Model, opened: &Opened) -> Result<Costs> {
+    let sky = opened.sky();
     let conditions = timed();
     let directions = evaluation_directions(conditions.observer_altitude);
     let map = |directions: &[SkyDirection]| {
@@ -291,7 +312,7 @@ fn time_on_cpu(model: &Model, sky: &dyn SkyModel) -> Result<Costs> {
         cpu_ns,
         ..Costs::default()
     };
-    if let Some(shader) = model.shader_sky() {
+    if let Some(shader) = opened.shader_sky() {
         costs.update_us = 1e6
             * shortest(3, || {
                 drop(std::hint::black_box(shader.shader_frame(&conditions)));
@@ -313,7 +334,12 @@ fn time_on_cpu(model: &Model, sky: &dyn SkyModel) -> Result<Costs> {
 }
 
 /// Nanoseconds a pixel at both sizes and the ratio to the floor, for each model.
-fn time_on_gpu(gpu: &Headless, models: &[Model], quick: bool) -> Result<Vec<[Option<f64>; 3]>> {
+fn time_on_gpu(
+    gpu: &Headless,
+    models: &[Model],
+    skies: &[Opened],
+    quick: bool,
+) -> Result<Vec<[Option<f64>; 3]>> {
     let mut out = vec![[None; 3]; models.len()];
     let sizes = if quick { &SIZES[..1] } else { &SIZES[..] };
     let (frames, seconds) = if quick { (5, 2.0) } else { (15, 4.0) };
@@ -322,7 +348,7 @@ fn time_on_gpu(gpu: &Headless, models: &[Model], quick: bool) -> Result<Vec<[Opt
         let stage = Stage::new(gpu, *size)?;
         let mut draws: Vec<Draw<'_>> = vec![stage.draw(CASES[0])];
         let mut places = Vec::new();
-        for (i, model) in models.iter().enumerate() {
+        for (i, (model, sky)) in models.iter().zip(skies).enumerate() {
             let tier = match model.source {
                 Source::Ours => Some(Tier::Fragment),
                 Source::Baked => Some(Tier::Baked),
@@ -335,7 +361,7 @@ fn time_on_gpu(gpu: &Headless, models: &[Model], quick: bool) -> Result<Vec<[Opt
             {
                 draws.push(stage.draw(*case));
                 places.push(i);
-            } else if let Some(shader) = model.shader_sky() {
+            } else if let Some(shader) = sky.shader_sky() {
                 let axes = SkyFrame {
                     sun: crate::render::world_direction(
                         Angle::ZERO,
@@ -346,7 +372,7 @@ fn time_on_gpu(gpu: &Headless, models: &[Model], quick: bool) -> Result<Vec<[Opt
                 .local_axes();
                 let clip_to_local = Stage::camera(*size).clip_to_local(axes);
                 let format = wgpu::TextureFormat::Rgba16Float;
-                draws.push(published(gpu, &*shader, &timed(), clip_to_local, format)?);
+                draws.push(published(gpu, shader, &timed(), clip_to_local, format)?);
                 places.push(i);
             }
         }
@@ -360,208 +386,6 @@ fn time_on_gpu(gpu: &Headless, models: &[Model], quick: bool) -> Result<Vec<[Opt
     }
     bar.finish_and_clear();
     Ok(out)
-}
-
-/// Brings the light of a sky by day into the range of 16-bit floats: what [`published`] draws is
-/// linear sRGB \[cd·m⁻²\] times this.
-pub const PUBLISHED_SCALE: f32 = 5e-5;
-
-/// The same full-screen triangle around a published sky's shader; the factor is [`PUBLISHED_SCALE`].
-const AROUND: &str = "
-struct Stage { clip_to_local: mat4x4<f32> }
-@group(1) @binding(0) var<uniform> stage: Stage;
-struct Vertex { @builtin(position) position: vec4<f32>, @location(0) ray: vec3<f32> }
-@vertex
-fn stage_vertex(@builtin(vertex_index) index: u32) -> Vertex {
-    let clip = vec2<f32>(f32((index << 1u) & 2u) * 2.0 - 1.0, f32(index & 2u) * 2.0 - 1.0);
-    let ray = stage.clip_to_local * vec4<f32>(clip, 1.0, 1.0);
-    return Vertex(vec4<f32>(clip, 0.0, 1.0), ray.xyz / ray.w);
-}
-@fragment
-fn stage_fragment(in: Vertex) -> @location(0) vec4<f32> {
-    let xyz = baseline_xyz(normalize(in.ray));
-    let rgb = vec3<f32>(
-        dot(vec3<f32>(3.24096994, -1.53738318, -0.49861076), xyz),
-        dot(vec3<f32>(-0.96924364, 1.87596750, 0.04155506), xyz),
-        dot(vec3<f32>(0.05563008, -0.20397696, 1.05697151), xyz),
-    );
-    return vec4<f32>(rgb * 5e-5, 1.0);
-}
-";
-
-/// What draws a published sky over a whole target. `clip_to_local` takes clip space to the shader's
-/// frame of reference.
-///
-/// # Errors
-/// When the conditions lie outside the model's domain.
-pub fn published(
-    gpu: &Headless,
-    sky: &dyn ShaderSky,
-    conditions: &Conditions,
-    clip_to_local: Mat4,
-    format: wgpu::TextureFormat,
-) -> Result<Draw<'static>> {
-    let device = &gpu.device;
-    let frame = sky.shader_frame(conditions)?;
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some(sky.name()),
-        source: wgpu::ShaderSource::Wgsl(format!("{SHADER_HEADER}{}{AROUND}", sky.shader()).into()),
-    });
-    let buffer = |bytes: &[u8]| {
-        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some(sky.name()),
-            size: bytes.len() as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        gpu.queue.write_buffer(&buffer, 0, bytes);
-        buffer
-    };
-    let floats = |values: &mut dyn Iterator<Item = f32>| -> Vec<u8> {
-        values.flat_map(f32::to_le_bytes).collect()
-    };
-    let mut uniforms = frame.uniforms.clone();
-    uniforms.resize(SHADER_UNIFORMS, [0.0; 4]);
-    let uniforms = buffer(&floats(&mut uniforms.into_iter().flatten()));
-    let matrix = clip_to_local.to_cols_array();
-    let matrix = buffer(&floats(&mut matrix.into_iter()));
-    let texture = frame
-        .texture
-        .unwrap_or_else(|| sky_core::shader_sky::ShaderTexture {
-            width: 1,
-            height: 1,
-            texels: vec![[0.0; 4]],
-        });
-    let target = device.create_texture(&wgpu::TextureDescriptor {
-        label: Some(sky.name()),
-        size: wgpu::Extent3d {
-            width: texture.width,
-            height: texture.height,
-            depth_or_array_layers: 1,
-        },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba16Float,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    });
-    let halves: Vec<u8> = texture
-        .texels
-        .iter()
-        .flatten()
-        .flat_map(|v| half::f16::from_f32(*v).to_le_bytes())
-        .collect();
-    gpu.queue.write_texture(
-        target.as_image_copy(),
-        &halves,
-        wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(8 * texture.width),
-            rows_per_image: None,
-        },
-        target.size(),
-    );
-    let uniform = |binding| wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
-        ty: wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Uniform,
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        },
-        count: None,
-    };
-    let model_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some(sky.name()),
-        entries: &[
-            uniform(0),
-            wgpu::BindGroupLayoutEntry {
-                binding: 1,
-                visibility: wgpu::ShaderStages::FRAGMENT,
-                ty: wgpu::BindingType::Texture {
-                    sample_type: wgpu::TextureSampleType::Float { filterable: true },
-                    view_dimension: wgpu::TextureViewDimension::D2,
-                    multisampled: false,
-                },
-                count: None,
-            },
-            wgpu::BindGroupLayoutEntry {
-                binding: 2,
-                visibility: wgpu::ShaderStages::FRAGMENT,
-                ty: wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
-                count: None,
-            },
-        ],
-    });
-    let stage_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("stage"),
-        entries: &[uniform(0)],
-    });
-    let view = target.create_view(&wgpu::TextureViewDescriptor::default());
-    let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
-        mag_filter: wgpu::FilterMode::Linear,
-        min_filter: wgpu::FilterMode::Linear,
-        ..wgpu::SamplerDescriptor::default()
-    });
-    let model_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some(sky.name()),
-        layout: &model_layout,
-        entries: &[
-            wgpu::BindGroupEntry {
-                binding: 0,
-                resource: uniforms.as_entire_binding(),
-            },
-            wgpu::BindGroupEntry {
-                binding: 1,
-                resource: wgpu::BindingResource::TextureView(&view),
-            },
-            wgpu::BindGroupEntry {
-                binding: 2,
-                resource: wgpu::BindingResource::Sampler(&sampler),
-            },
-        ],
-    });
-    let stage_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some("stage"),
-        layout: &stage_layout,
-        entries: &[wgpu::BindGroupEntry {
-            binding: 0,
-            resource: matrix.as_entire_binding(),
-        }],
-    });
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some(sky.name()),
-        bind_group_layouts: &[Some(&model_layout), Some(&stage_layout)],
-        immediate_size: 0,
-    });
-    let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some(sky.name()),
-        layout: Some(&layout),
-        vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: Some("stage_vertex"),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            buffers: &[],
-        },
-        primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: None,
-        multisample: wgpu::MultisampleState::default(),
-        fragment: Some(wgpu::FragmentState {
-            module: &module,
-            entry_point: Some("stage_fragment"),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            targets: &[Some(format.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    });
-    Ok(Box::new(move |pass| {
-        pass.set_pipeline(&pipeline);
-        pass.set_bind_group(0, &model_group, &[]);
-        pass.set_bind_group(1, &stage_group, &[]);
-        pass.draw(0..3, 0..1);
-    }))
 }
 
 /// A model is on the front of a regime where none is both cheaper on the GPU and closer to the truth.
@@ -584,235 +408,4 @@ fn place(row: &Row, regime: usize) -> Option<[f64; 2]> {
     let error = row.errors[regime]?.delta_e[1];
     error.is_finite().then_some(())?;
     Some([row.costs.gpu_ns[0]?, error])
-}
-
-fn csv(rows: &[Row], adapter: &str) -> Result<String> {
-    let mut out = String::from(
-        "model,tier,regime,valid_share,delta_e_p50,delta_e_p95,luminance_p95,\
-         radiance_rmse_mw_m2_sr_nm,cpu_ns_per_direction,gpu_ns_per_pixel_1080p,\
-         gpu_ns_per_pixel_2160p,ratio_to_floor,update_us,rebuild_ms,table_bytes,on_front,adapter\n",
-    );
-    let number = |v: Option<f64>| {
-        v.filter(|v| v.is_finite())
-            .map_or_else(String::new, |v| format!("{v:.4}"))
-    };
-    for row in rows {
-        for (r, (regime, _)) in REGIMES.iter().enumerate() {
-            let e = row.errors[r];
-            let c = &row.costs;
-            writeln!(
-                out,
-                "{},{},{regime},{:.4},{},{},{},{},{:.1},{},{},{},{:.2},{:.3},{},{},\"{adapter}\"",
-                row.model.name,
-                row.model.tier,
-                e.map_or(0.0, |e| e.valid_share),
-                number(e.map(|e| e.delta_e[0])),
-                number(e.map(|e| e.delta_e[1])),
-                number(e.map(|e| e.luminance_p95)),
-                number(e.map(|e| e.rmse)),
-                c.cpu_ns,
-                number(c.gpu_ns[0]),
-                number(c.gpu_ns[1]),
-                number(c.ratio),
-                c.update_us,
-                c.rebuild_ms,
-                c.bytes,
-                row.on_front[r],
-            )?;
-        }
-    }
-    Ok(out)
-}
-
-/// One chart a regime: error over GPU cost, both logarithmic, with the front as a line.
-fn panels(rows: &[Row]) -> Result<Vec<String>> {
-    REGIMES
-        .iter()
-        .enumerate()
-        .map(|(r, (regime, _))| {
-            let all: Vec<(&Row, [f64; 2])> = rows
-                .iter()
-                .filter_map(|row| Some((row, place(row, r)?)))
-                .collect();
-            let mut front: Vec<[f64; 2]> = all
-                .iter()
-                .filter(|(row, _)| row.on_front[r])
-                .map(|(_, p)| *p)
-                .collect();
-            front.sort_by(|a, b| a[0].total_cmp(&b[0]));
-            let dots = |ours: bool| -> Vec<[f64; 2]> {
-                all.iter()
-                    .filter(|(row, _)| row.model.name.starts_with("utm-sky") == ours)
-                    .map(|(_, p)| *p)
-                    .collect()
-            };
-            let notes = all
-                .iter()
-                .map(|(row, at)| {
-                    let e = row.errors[r].unwrap_or_default();
-                    let mut text = format!(" {}", row.model.name);
-                    if e.valid_share < 0.995 {
-                        write!(text, " ({:.0} % covered)", 100.0 * e.valid_share).ok();
-                    }
-                    if e.failures > 0.0 {
-                        write!(text, " fails {:.1} %", 100.0 * e.failures).ok();
-                    }
-                    Note { text, at: *at }
-                })
-                .collect();
-            Chart {
-                title: format!("{regime}: error over cost"),
-                x: Scale::logarithmic(
-                    "GPU [ns a pixel, 1920 x 1080]",
-                    all.iter().map(|(_, p)| p[0]),
-                    6.0,
-                ),
-                y: Scale::logarithmic(
-                    "ΔE2000, 95th percentile",
-                    all.iter().map(|(_, p)| p[1]),
-                    4.0,
-                ),
-                series: vec![
-                    Series::new("front", 2, front).stroked(Stroke::Dashed),
-                    Series::new("published", 1, dots(false)).stroked(Stroke::Dots),
-                    Series::new("ours", 0, dots(true)).stroked(Stroke::Dots),
-                ],
-                notes,
-                size: [560, 360],
-            }
-            .html()
-        })
-        .collect()
-}
-
-/// The panels' drawings as one SVG file.
-fn sheet(panels: &[String]) -> String {
-    let mut out = String::new();
-    let (mut column, mut row) = (0, 0);
-    for (panel, (regime, _)) in panels.iter().zip(REGIMES) {
-        let drawing = panel
-            .find("<svg")
-            .and_then(|start| Some(&panel[start..panel.find("</svg>")? + 6]))
-            .unwrap_or_default();
-        let placed = drawing.replacen(
-            "<svg",
-            &format!(
-                "<svg x=\"{}\" y=\"{}\" width=\"560\" height=\"360\"",
-                column * 570,
-                row * 370
-            ),
-            1,
-        );
-        out.push_str(&placed);
-        out.push_str(&format!(
-            "<text x=\"{}\" y=\"{}\" font-family=\"sans-serif\" font-size=\"15\">{regime}</text>",
-            column * 570 + 300,
-            row * 370 + 18
-        ));
-        column += 1;
-        if column == 2 {
-            (column, row) = (0, row + 1);
-        }
-    }
-    let height = (row + column) * 370;
-    format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"1140\" height=\"{height}\" \
-         viewBox=\"0 0 1140 {height}\" color=\"#222\"><rect width=\"100%\" height=\"100%\" fill=\"white\"/>{out}</svg>\n"
-    )
-}
-
-fn html(rows: &[Row], panels: &[String], adapter: &str) -> String {
-    let head = [
-        "model",
-        "covers",
-        "ΔE p50",
-        "ΔE p95",
-        "luminance p95",
-        "after one factor",
-        "RMSE [mW/m²/sr/nm]",
-        "CPU [ns]",
-        "GPU 1080p [ns/px]",
-        "GPU 2160p",
-        "x floor",
-        "update [µs]",
-        "rebuild [ms]",
-        "tables [B]",
-        "fails",
-        "front",
-    ];
-    let number = |v: Option<f64>, digits: usize| {
-        v.map_or_else(|| "–".to_owned(), |v| format!("{v:.digits$}"))
-    };
-    let mut body = String::new();
-    for (r, (regime, _)) in REGIMES.iter().enumerate() {
-        let cells: Vec<Vec<String>> = rows
-            .iter()
-            .map(|row| {
-                let e = row.errors[r];
-                let c = &row.costs;
-                vec![
-                    row.model.name.to_owned(),
-                    format!("{:.0} %", 100.0 * e.map_or(0.0, |e| e.valid_share)),
-                    number(e.map(|e| e.delta_e[0]), 2),
-                    number(e.map(|e| e.delta_e[1]), 2),
-                    number(e.map(|e| 100.0 * e.luminance_p95), 1) + " %",
-                    number(e.map(|e| 100.0 * e.scaled_p95), 1) + " %",
-                    number(e.map(|e| e.rmse), 1),
-                    number(Some(c.cpu_ns), 0),
-                    number(c.gpu_ns[0], 2),
-                    number(c.gpu_ns[1], 2),
-                    number(c.ratio, 2),
-                    number(Some(c.update_us), 1),
-                    number(Some(c.rebuild_ms), 1),
-                    c.bytes.to_string(),
-                    format!("{:.2} %", 100.0 * e.map_or(0.0, |e| e.failures)),
-                    if row.on_front[r] { "yes" } else { "" }.to_owned(),
-                ]
-            })
-            .collect();
-        body.push_str(&format!(
-            "<h3>{regime}</h3>{}{}",
-            panels[r],
-            table(&head, &cells, 1)
-        ));
-    }
-    let notes: String = rows
-        .iter()
-        .map(|row| {
-            let own = if row.model.own_atmosphere() {
-                " Own atmosphere, matched at equal aerosol optical depth."
-            } else {
-                ""
-            };
-            let luminance = if row.model.luminance_only() {
-                " Luminance alone: scored with the truth's chromaticity."
-            } else {
-                ""
-            };
-            format!(
-                "<p><b>{}</b>: {}.{own}{luminance}</p>",
-                row.model.name, row.model.citation
-            )
-        })
-        .collect();
-    page(
-        "Speed against accuracy",
-        &format!(
-            "Error against the transport engine at 0–30 km, T 1.5–6, sun 0–92°, all directions above the \
-             geometric horizon but the sun's 5°; cost of a full picture on {adapter}. A model is scored where \
-             it claims to be valid."
-        ),
-        &[
-            Section {
-                id: "regimes",
-                title: "Regimes",
-                body,
-            },
-            Section {
-                id: "models",
-                title: "Models",
-                body: notes,
-            },
-        ],
-    )
 }
