@@ -980,6 +980,7 @@ impl PlanTerm {
   utm-sky plan profiles/scenes/runway_noon.toml --out plan.toml
   utm-sky plan profiles/scenes/airliner_dusk.toml --explain ozone
   utm-sky plan --verify plan.toml --cases 500 --seed 1
+  utm-sky view --lut plan.toml
   utm-sky plan --ledger --out ledger.csv
 
 Errors are 95th percentiles over the directions of cases that were not fitted, against the transport

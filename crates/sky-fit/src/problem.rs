@@ -368,6 +368,10 @@ impl PerezFit {
         let same_air_mass = (0..air_mass.len())
             .map(|i| i > 0 && air_mass[i].to_bits() == air_mass[i - 1].to_bits())
             .collect();
+        let least_b = match channel {
+            Channel::Luminance => -6.9,
+            Channel::ChromaticityX | Channel::ChromaticityY => -11.5,
+        };
         let mut problem = Self {
             channel,
             air_mass,
@@ -387,9 +391,10 @@ impl PerezFit {
             sun_zenith: sky.sun_zenith,
             regularization,
             reference: [0.0; PARAMETERS],
-            // |B| from a thousandth to 12, |D| from a tenth to 40, C up to 100, 1 + E from 1/20 to 20.
+            // |B| from a thousandth, of color from 1e-5 (at 30 km it is even in the air mass), to 12,
+            // |D| from a tenth to 40, C up to 100, 1 + E from 1/20 to 20.
             bounds: Bounds {
-                lower: vec![smallest.ln() - 20.0, -10.0, -6.9, -9.0, -2.3, -3.0],
+                lower: vec![smallest.ln() - 20.0, -10.0, least_b, -9.0, -2.3, -3.0],
                 upper: vec![largest.ln() + 20.0, 6.0, 2.5, 4.6, 3.7, 3.0],
             },
         };

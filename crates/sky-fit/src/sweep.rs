@@ -403,7 +403,8 @@ fn fit_node(
 const RIDGE: f64 = 5e-4;
 
 /// The nodes of an axis and the points half way between them.
-fn between(nodes: &[f64]) -> Vec<f64> {
+#[must_use]
+pub fn between(nodes: &[f64]) -> Vec<f64> {
     let mut all: Vec<f64> = nodes
         .windows(2)
         .flat_map(|w| [w[0], 0.5 * (w[0] + w[1])])

@@ -19,7 +19,7 @@ use sky_core::metrics::{SUN_EXCLUSION_DEG, is_clear_of_sun};
 use sky_core::quantity::Angle;
 use sky_core::sky_model::{Conditions, Domain, SkyModel, Yxy};
 use sky_core::utm_sky::UtmSky;
-use sky_fit::sweep::{Grid, MapEquations, SkyMap, fit_directions, fit_turbidity};
+use sky_fit::sweep::{Grid, MapEquations, SkyMap, between, fit_directions, fit_turbidity};
 use sky_sim::optics::OpticsSettings;
 use sky_sim::profile::AtmosphereProfile;
 use sky_sim::transport::TransportSettings;
@@ -177,16 +177,6 @@ fn thinned(all: &[f64], stride: usize) -> Vec<f64> {
     out
 }
 
-/// A list and the points half way between its entries.
-fn doubled(all: &[f64]) -> Vec<f64> {
-    let mut out: Vec<f64> = all
-        .windows(2)
-        .flat_map(|w| [w[0], 0.5 * (w[0] + w[1])])
-        .collect();
-    out.extend(all.last());
-    out
-}
-
 /// The engine's settings, one changed at a time.
 fn engine_settings() -> Vec<(&'static str, String, TransportSettings)> {
     let base = TransportSettings::default;
@@ -222,7 +212,7 @@ fn engine_settings() -> Vec<(&'static str, String, TransportSettings)> {
         thinned(&shells, 3),
         thinned(&shells, 2),
         shells.clone(),
-        doubled(&shells),
+        between(&shells),
     ] {
         let value = shells_km.len().to_string();
         all.push((
@@ -238,7 +228,7 @@ fn engine_settings() -> Vec<(&'static str, String, TransportSettings)> {
         thinned(&columns, 3),
         thinned(&columns, 2),
         columns.clone(),
-        doubled(&columns),
+        between(&columns),
     ] {
         let value = columns_deg.len().to_string();
         let settings = TransportSettings {
@@ -262,8 +252,8 @@ fn engine(
         zenith_points: [9, 8, 6],
         azimuth_points: 12,
         tolerance: 2e-4,
-        shells_km: doubled(&default.shells_km),
-        columns_deg: doubled(&default.columns_deg),
+        shells_km: between(&default.shells_km),
+        columns_deg: between(&default.columns_deg),
         ..default.clone()
     };
     let (_, _, truth) = solved(MAP_STEP_NM, &fine, &cases)?;
@@ -295,14 +285,14 @@ fn directions(stride: usize, conditions: &Conditions) -> Vec<SkyDirection> {
     let mut all = fit_directions(conditions.observer_altitude);
     if stride == 0 {
         let lowest = horizon_zenith(conditions.observer_altitude).degrees() - 0.25;
-        let between: Vec<SkyDirection> = all
+        let others: Vec<SkyDirection> = all
             .iter()
             .map(|d| {
                 let [zenith, azimuth] = [d.view_zenith, d.relative_azimuth].map(Angle::degrees);
                 SkyDirection::from_degrees((zenith + 0.7).min(lowest), (azimuth + 5.0).min(180.0))
             })
             .collect();
-        all.extend(between);
+        all.extend(others);
     }
     let exclusion = Angle::from_degrees(SUN_EXCLUSION_DEG);
     all.into_iter()
@@ -322,12 +312,12 @@ fn table_grids() -> Result<Vec<AxesOf>> {
         all.push(("altitude nodes", [nodes, suns.clone()], false));
     }
     all.push(("altitude nodes", [altitudes.clone(), suns.clone()], true));
-    all.push(("altitude nodes", [doubled(&altitudes), suns.clone()], false));
+    all.push(("altitude nodes", [between(&altitudes), suns.clone()], false));
     for nodes in [thinned(&suns, 4), thinned(&suns, 2)] {
         all.push(("sun nodes", [altitudes.clone(), nodes], false));
     }
     all.push(("sun nodes", [altitudes.clone(), suns.clone()], true));
-    all.push(("sun nodes", [altitudes, doubled(&suns)], false));
+    all.push(("sun nodes", [altitudes, between(&suns)], false));
     Ok(all)
 }
 
@@ -339,10 +329,10 @@ fn one_turbidity(
 ) -> Result<(f64, UtmSky)> {
     let [altitudes, suns] = nodes;
     let start = Instant::now();
-    let places: Vec<Conditions> = doubled(altitudes)
+    let places: Vec<Conditions> = between(altitudes)
         .into_iter()
         .flat_map(|h| {
-            doubled(suns)
+            between(suns)
                 .into_iter()
                 .map(move |s| conditions(h, TURBIDITY, s))
         })
@@ -456,7 +446,7 @@ fn haze(bar: &ProgressBar, points: &mut Vec<Point>) -> Result<()> {
     for nodes in [
         thinned(&turbidities, 2),
         turbidities.clone(),
-        doubled(&turbidities),
+        between(&turbidities),
     ] {
         let start = Instant::now();
         let truth = general_truth()?;
