@@ -121,6 +121,9 @@ fn the_chart_s_files_hold_together() {
     for model in ["utm-sky-baked", "preetham", "nishita"] {
         assert!(svg.contains(model) && page.contains(model), "{model}");
     }
+    // Preetham's air is his own
+    assert!(svg.contains(" preetham*") && !svg.contains("utm-sky-baked*"));
+    assert!(svg.contains("* air of its own"));
     for id in ["regimes", "factors", "offline", "models"] {
         assert!(page.contains(&format!("<section id=\"{id}\">")), "{id}");
     }

@@ -687,6 +687,7 @@ fn date(text: &str) -> Result<UtcTime, String> {
   utm-sky view --scene terrain --altitude-km 3.5 --visual-range-km 60 --sun-zenith-deg 75
   utm-sky view --date 2025-06-21 --utc-h 4.5 --place 47.26,11.34 --tier baked --size 1920x1080
   utm-sky view --scene terrain --frames 30 --screenshot flight.png
+  utm-sky view --lut plan.toml
 
 Drag: look. W A S D and arrows: fly; E and Q, page up and down: up and down; Shift: faster; wheel:
 speed. P: pause. F12: screenshot. Tab: panel. Azimuths are clockwise from north. Where there is no
@@ -980,7 +981,6 @@ impl PlanTerm {
   utm-sky plan profiles/scenes/runway_noon.toml --out plan.toml
   utm-sky plan profiles/scenes/airliner_dusk.toml --explain ozone
   utm-sky plan --verify plan.toml --cases 500 --seed 1
-  utm-sky view --lut plan.toml
   utm-sky plan --ledger --out ledger.csv
 
 Errors are 95th percentiles over the directions of cases that were not fitted, against the transport

@@ -73,6 +73,12 @@ pub(super) fn panels(rows: &[Row]) -> Result<Vec<String>> {
                 .map(|(row, at)| {
                     let e = row.errors[r].unwrap_or_default();
                     let mut text = format!(" {}", row.model.name);
+                    if row.model.own_atmosphere() {
+                        text.push('*');
+                    }
+                    if row.model.luminance_only() {
+                        text.push('°');
+                    }
                     if e.valid_share < 0.995 {
                         write!(text, " ({:.0} % covered)", 100.0 * e.valid_share).ok();
                     }
@@ -136,7 +142,12 @@ pub(super) fn sheet(panels: &[String]) -> String {
             (column, row) = (0, row + 1);
         }
     }
-    let height = (row + column) * 370;
+    let height = (row + column) * 370 + 30;
+    out.push_str(&format!(
+        "<text x=\"20\" y=\"{}\" font-family=\"sans-serif\" font-size=\"13\">* air of its own, matched at \
+         equal aerosol optical depth   ° luminance alone, scored with the truth's chromaticity</text>",
+        height - 10
+    ));
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"1140\" height=\"{height}\" \
          viewBox=\"0 0 1140 {height}\" color=\"#222\"><rect width=\"100%\" height=\"100%\" fill=\"white\"/>{out}</svg>\n"
