@@ -103,10 +103,6 @@ impl Default for TransportSettings {
 /// Thickest segment of a path, as a fraction of (altitude + 4 km): for the field and an observer.
 const FIELD_SHELLS: f64 = 0.5;
 const VIEW_SHELLS: f64 = 0.2;
-/// Thickest shell between two readings of sunlight, as a fraction of the altitude, and the least
-/// altitude that counts \[km\]: the Earth's shadow lies there in deep twilight.
-const SUNLIGHT_SHELLS: f64 = 0.06;
-const SUNLIGHT_FROM_KM: f64 = 10.0;
 /// Sampling of the rays that build the diffuse field.
 const FIELD_SAMPLING: Sampling = Sampling {
     depth: 1.0,
@@ -149,8 +145,6 @@ struct Sunlit {
 struct Diffuse {
     air: Sunlit,
     grid: Grid,
-    /// Finer shells, for where sunlight is read.
-    sunlight_grid: Grid,
     harmonics: Harmonics,
     source: Source,
     orders: usize,
@@ -352,27 +346,10 @@ impl Transport {
     }
 }
 
-/// Shells with others between them, no further apart than [`SUNLIGHT_SHELLS`].
-fn subdivided(shells: &[f64]) -> Vec<f64> {
-    let mut out = vec![shells[0]];
-    for ends in shells.windows(2) {
-        let thickest = SUNLIGHT_SHELLS * (0.5 * (ends[0] + ends[1])).max(SUNLIGHT_FROM_KM);
-        let parts = ((ends[1] - ends[0]) / thickest).ceil().max(1.0);
-        let mut part = 1.0;
-        while part <= parts {
-            out.push(ends[0] + part / parts * (ends[1] - ends[0]));
-            part += 1.0;
-        }
-    }
-    out
-}
-
 /// How finely a path is sampled, and for whom.
 #[derive(Clone, Copy, Debug)]
 enum View {
-    /// The rays that build the field from sunlight: the Earth's shadow ends at none of its shells.
-    Sunlight,
-    /// The rays that build the field from itself.
+    /// The rays that build the field.
     Field,
     /// An observer's rays.
     Observer,
@@ -398,8 +375,6 @@ impl Diffuse {
             })
             .collect();
         let degree = degrees.iter().copied().max().unwrap_or(2);
-        let fine = subdivided(&shells);
-        let sunlight_grid = Grid::new(&fine, &settings.columns_deg, vec![0; fine.len()]);
         let grid = Grid::new(&shells, &settings.columns_deg, degrees);
         let mut field_shells = air.medium.segment_levels(FIELD_SHELLS);
         field_shells.extend(&shells);
@@ -412,23 +387,21 @@ impl Diffuse {
             source: Source::default(),
             orders: 1,
             grid,
-            sunlight_grid,
             air,
         }
     }
 
     fn template(&self, radius: f64, cosine: f64, view: View, scratch: &mut Scratch) -> Template {
-        let (shells, sampling, grid) = match view {
-            View::Sunlight => (&self.field_shells, &FIELD_SAMPLING, &self.sunlight_grid),
-            View::Field => (&self.field_shells, &FIELD_SAMPLING, &self.grid),
-            View::Observer => (&self.view_shells, &VIEW_SAMPLING, &self.grid),
+        let (shells, sampling) = match view {
+            View::Field => (&self.field_shells, &FIELD_SAMPLING),
+            View::Observer => (&self.view_shells, &VIEW_SAMPLING),
         };
         pulp::Arch::new().dispatch(|| {
             Template::new(
                 radius,
                 cosine,
                 &self.air.medium,
-                grid,
+                &self.grid,
                 shells,
                 sampling,
                 &mut scratch.path,
@@ -439,16 +412,13 @@ impl Diffuse {
     /// Sums the orders of scattering into `self.source`.
     fn successive_orders(&mut self, settings: &TransportSettings) -> Result<(), TransportError> {
         let shells = self.grid.shells.levels();
-        let rays = |view: View| -> Vec<Vec<Ring>> {
-            shells
-                .par_iter()
-                .map_init(Scratch::default, |scratch, z| {
-                    self.rings_at(*z, view, settings, scratch)
-                })
-                .collect()
-        };
-        let mut order = self.gather(&rays(View::Sunlight), None);
-        let rays = rays(View::Field);
+        let rays: Vec<Vec<Ring>> = shells
+            .par_iter()
+            .map_init(Scratch::default, |scratch, z| {
+                self.rings_at(*z, settings, scratch)
+            })
+            .collect();
+        let mut order = self.gather(&rays, None);
         let mut total = order.clone();
         let mut last_limit = total.column_sums();
         let mut share = f64::INFINITY;
@@ -496,13 +466,7 @@ impl Diffuse {
     }
 
     /// The field's directions at a shell; zenith intervals meet at the shell's own horizon.
-    fn rings_at(
-        &self,
-        z: f64,
-        view: View,
-        settings: &TransportSettings,
-        scratch: &mut Scratch,
-    ) -> Vec<Ring> {
+    fn rings_at(&self, z: f64, settings: &TransportSettings, scratch: &mut Scratch) -> Vec<Ring> {
         let horizon = horizon_cosine(z).acos();
         let shoulder = Angle::from_degrees(78.0).radians();
         let [high, low, ground] = settings.zenith_points;
@@ -519,7 +483,7 @@ impl Diffuse {
         zenith
             .iter()
             .map(|(cosine, w)| Ring {
-                template: self.template(radius, *cosine, view, scratch),
+                template: self.template(radius, *cosine, View::Field, scratch),
                 weight: w * core::f64::consts::TAU / as_f64(n),
                 cos_azimuth: (0..n)
                     .map(|k| (core::f64::consts::PI * (as_f64(k) + 0.5) / as_f64(n)).cos())
