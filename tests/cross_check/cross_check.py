@@ -49,6 +49,7 @@ CASES = [
     Case(2.2, 3.6, 89.4, 0.2),
     Case(9.2, 1.5, 91.3, 0.2),
     Case(22.0, 2.2, 90.6, 0.2),
+    Case(0.6, 3.0, 93.6, 0.2),
 ]
 
 QUICK_CASES = [CASES[k] for k in (1, 4, 7, 9, 10)]
@@ -186,7 +187,7 @@ def differences(program, cases, wavelength_nm, options):
     for name, parts in [
         ("sun below 88 deg, all directions", everything),
         ("sun below 88 deg, view zenith 80 to 90 deg", horizon),
-        ("sun at 88 to 92 deg, all directions", low_sun),
+        ("sun at 88 deg and lower, all directions", low_sun),
     ]:
         if parts:
             all_ = np.concatenate(parts)

@@ -1,5 +1,5 @@
-//! The shaders of the published skies and of Perez's tables against their Rust twins, by the program that the chart times. Needs a
-//! Vulkan driver; a software one will do.
+//! The shaders of the published skies and of Perez's tables against their Rust twins, by the program
+//! that the chart times. Needs a Vulkan driver; a software one will do.
 
 #![expect(
     clippy::print_stdout,

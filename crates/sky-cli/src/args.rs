@@ -947,17 +947,6 @@ pub enum PlanTerm {
 }
 
 impl PlanTerm {
-    /// Every term.
-    pub const LEDGER: [Self; 7] = [
-        Self::Ozone,
-        Self::No2,
-        Self::Oxygen,
-        Self::Water,
-        Self::OxygenPairs,
-        Self::Stratosphere,
-        Self::Ground,
-    ];
-
     /// The name on the command line.
     #[must_use]
     pub const fn name(self) -> &'static str {

@@ -24,7 +24,10 @@ use sky_sim::optics::OpticsSettings;
 use sky_sim::profile::AtmosphereProfile;
 use sky_sim::transport::TransportSettings;
 
-use crate::evaluate::{compare_maps, conditions, evaluate, evaluation_directions, pool};
+use crate::evaluate::{
+    LOWEST_RING_ABOVE_HORIZON_DEG, Pooled, compare_maps, conditions, evaluate,
+    evaluation_directions, pool,
+};
 use crate::generate::{MAP_STEP_NM, bake, progress};
 use crate::models::general_truth;
 use crate::report::chart::{Chart, Note, Scale, Series, Stroke, short};
@@ -138,7 +141,11 @@ fn errors(cases: &[Conditions], truth: &Maps, found: &Maps) -> [f64; 2] {
             compare_maps(c, &evaluation_directions(c.observer_altitude), truth, found)
         })
         .collect();
-    let pooled = pool(&maps, |_, _| true);
+    percentiles(&pool(&maps, |_, _| true))
+}
+
+/// ΔE and relative luminance, 95th percentiles.
+fn percentiles(pooled: &Pooled) -> [f64; 2] {
     [pooled.delta_e, pooled.luminance].map(|s| s.map_or(f64::NAN, |s| s.p95))
 }
 
@@ -284,7 +291,8 @@ const DIRECTIONS: [usize; 4] = [8, 3, 1, 0];
 fn directions(stride: usize, conditions: &Conditions) -> Vec<SkyDirection> {
     let mut all = fit_directions(conditions.observer_altitude);
     if stride == 0 {
-        let lowest = horizon_zenith(conditions.observer_altitude).degrees() - 0.25;
+        let lowest =
+            horizon_zenith(conditions.observer_altitude).degrees() - LOWEST_RING_ABOVE_HORIZON_DEG;
         let others: Vec<SkyDirection> = all
             .iter()
             .map(|d| {
@@ -415,8 +423,7 @@ fn judged(
     seconds: f64,
 ) -> Result<Point> {
     let pooled = evaluate(truth, &[sky], cases)?[0].pooled();
-    let [delta_e_p95, luminance_p95] =
-        [pooled.delta_e, pooled.luminance].map(|s| s.map_or(f64::NAN, |s| s.p95));
+    let [delta_e_p95, luminance_p95] = percentiles(&pooled);
     Ok(Point {
         setting,
         value,

@@ -23,14 +23,14 @@ use crate::quadrature::gauss_legendre;
 use fan::{FanScratch, FanSweep};
 use field::{Field, Grid, Harmonics, Shape, Source, as_f64};
 use lanes::{Lanes, WIDTH, ZERO, add_product, add_scaled, lane};
-use medium::Medium;
+use medium::{LevelFinder, Medium};
 use path::{Path, Ray, Sampling};
 use rayon::prelude::*;
 use sky_core::direction::SkyDirection;
 use sky_core::quantity::{Angle, EARTH_RADIUS_KM, Length};
 use spread::Spread;
 use sun::{SunPlace, SunTable, horizon_cosine};
-use template::{Stop, Template};
+use template::{Readings, Stop, Template};
 
 /// What the transport engine refuses.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -83,7 +83,7 @@ impl Default for TransportSettings {
     fn default() -> Self {
         Self {
             degree: None,
-            zenith_points: [6, 5, 4],
+            zenith_points: [6, 8, 4],
             azimuth_points: 8,
             most_orders: 60,
             tolerance: 2e-3,
@@ -103,6 +103,11 @@ impl Default for TransportSettings {
 /// Thickest segment of a path, as a fraction of (altitude + 4 km): for the field and an observer.
 const FIELD_SHELLS: f64 = 0.5;
 const VIEW_SHELLS: f64 = 0.2;
+/// Rise between two readings of sunlight on such a ray, as a fraction of (altitude + 4 km): in
+/// twilight the sun lights only what is high, and fades fast below.
+const SUNLIT_RISE: f64 = 0.1;
+/// Share of a ray's scattered light below which the field is not read at a stop.
+const FAINT: f32 = 1e-4;
 /// Sampling of the rays that build the diffuse field.
 const FIELD_SAMPLING: Sampling = Sampling {
     depth: 1.0,
@@ -148,6 +153,8 @@ struct Diffuse {
     harmonics: Harmonics,
     source: Source,
     orders: usize,
+    /// Altitudes at which sunlight is read along the rays that build the field \[km\].
+    sunlit_levels: LevelFinder,
     field_shells: Vec<f64>,
     view_shells: Vec<f64>,
 }
@@ -316,7 +323,7 @@ impl Transport {
                 if diffuse {
                     let template = self
                         .diffuse
-                        .template(radius, cosine, View::Observer, scratch);
+                        .template(radius, cosine, View::Observer, &mut scratch.path);
                     let vectors = self.diffuse.air.medium.vectors;
                     let mut radiance = vec![ZERO; rays.len() * vectors];
                     let source = &self.diffuse.source;
@@ -346,12 +353,14 @@ impl Transport {
     }
 }
 
-/// How finely a path is sampled, and for whom.
+/// What is read along a path, and for whom.
 #[derive(Clone, Copy, Debug)]
 enum View {
-    /// The rays that build the field.
+    /// Sunlight along the rays that build the field.
+    Sunlight,
+    /// The field, along the rays that build its next order.
     Field,
-    /// An observer's rays.
+    /// The field, along an observer's rays.
     Observer,
 }
 
@@ -382,6 +391,7 @@ impl Diffuse {
         field_shells.dedup_by(|b, a| *b - *a < 1e-3 * (*a + 4.0));
         Self {
             view_shells: air.medium.segment_levels(VIEW_SHELLS),
+            sunlit_levels: LevelFinder::new(&sunlit_levels(top)),
             field_shells,
             harmonics: Harmonics::new(degree),
             source: Source::default(),
@@ -391,22 +401,23 @@ impl Diffuse {
         }
     }
 
-    fn template(&self, radius: f64, cosine: f64, view: View, scratch: &mut Scratch) -> Template {
-        let (shells, sampling) = match view {
-            View::Field => (&self.field_shells, &FIELD_SAMPLING),
-            View::Observer => (&self.view_shells, &VIEW_SAMPLING),
+    fn template(&self, radius: f64, cosine: f64, view: View, path: &mut Path) -> Template {
+        let field = Readings {
+            levels: &self.grid.shells,
+            faint: FAINT,
         };
-        pulp::Arch::new().dispatch(|| {
-            Template::new(
-                radius,
-                cosine,
-                &self.air.medium,
-                &self.grid,
-                shells,
-                sampling,
-                &mut scratch.path,
-            )
-        })
+        let sunlight = Readings {
+            levels: &self.sunlit_levels,
+            faint: 0.0,
+        };
+        let (readings, shells, sampling) = match view {
+            View::Sunlight => (sunlight, &self.field_shells, &FIELD_SAMPLING),
+            View::Field => (field, &self.field_shells, &FIELD_SAMPLING),
+            View::Observer => (field, &self.view_shells, &VIEW_SAMPLING),
+        };
+        let medium = &self.air.medium;
+        pulp::Arch::new()
+            .dispatch(|| Template::new(radius, cosine, medium, &readings, shells, sampling, path))
     }
 
     /// Sums the orders of scattering into `self.source`.
@@ -483,7 +494,7 @@ impl Diffuse {
         zenith
             .iter()
             .map(|(cosine, w)| Ring {
-                template: self.template(radius, *cosine, View::Field, scratch),
+                template: self.template(radius, *cosine, View::Field, &mut scratch.path),
                 weight: w * core::f64::consts::TAU / as_f64(n),
                 cos_azimuth: (0..n)
                     .map(|k| (core::f64::consts::PI * (as_f64(k) + 0.5) / as_f64(n)).cos())
@@ -558,18 +569,19 @@ impl Diffuse {
                 }));
         }
         let Scratch {
+            path,
             sun,
             fan,
             rays,
             radiance,
-            ..
         } = scratch;
         radiance.clear();
         radiance.resize(rays.len() * vectors, ZERO);
         match source {
             None => {
+                let template = self.template(template.radius, mu, View::Sunlight, path);
                 for (ray, radiance) in rays.iter().zip(radiance.chunks_exact_mut(vectors)) {
-                    self.air.add_sunlight(ray, template, sun, radiance);
+                    self.air.add_sunlight(ray, &template, sun, radiance);
                 }
             }
             Some(source) => self.add_diffuse(rays, template, source, fan, radiance),
@@ -789,6 +801,17 @@ impl pulp::NullaryFnOnce for SunlitStops<'_> {
 
 fn sun_cosine_at(ray: &Ray, stop: &Stop) -> f64 {
     ((ray.radius * ray.sun_cosine + stop.length * ray.cos_gamma) / stop.radius).clamp(-1.0, 1.0)
+}
+
+/// Altitudes from the ground to the top of the atmosphere, a constant share of (altitude + 4 km) apart
+/// \[km\].
+fn sunlit_levels(top_km: f64) -> Vec<f64> {
+    let mut levels: Vec<f64> =
+        core::iter::successors(Some(0.0), |z| Some(z + SUNLIT_RISE * (z + 4.0)))
+            .take_while(|z| *z < top_km - 1e-6)
+            .collect();
+    levels.push(top_km);
+    levels
 }
 
 /// Highest degree of harmonics that the phase function at an altitude asks for: the source of the

@@ -4,9 +4,8 @@
 //! Extinction depends on altitude alone, so all rays that leave a point at one zenith angle share
 //! the same attenuation. It is integrated finely once; what remains of a ray is a short weighted sum.
 
-use super::field::Grid;
 use super::lanes::{Lanes, WIDTH, ZERO, lane, simpson_transmittance};
-use super::medium::{Between, Medium};
+use super::medium::{Between, LevelFinder, Medium};
 use super::path::{Path, Point, Ray, Sampling};
 
 /// A place along the path where the source is read.
@@ -39,6 +38,15 @@ impl Stop {
     }
 }
 
+/// Where a source is read along a path.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Readings<'a> {
+    /// The altitudes of the readings.
+    pub(super) levels: &'a LevelFinder,
+    /// Share of a ray's scattered light up to which a reading is left out.
+    pub(super) faint: f32,
+}
+
 /// The stops of a path and their weights.
 #[derive(Clone, Debug)]
 pub(super) struct Template {
@@ -69,7 +77,7 @@ impl Template {
         radius: f64,
         cosine: f64,
         medium: &Medium,
-        grid: &Grid,
+        readings: &Readings<'_>,
         shells: &[f64],
         sampling: &Sampling,
         path: &mut Path,
@@ -81,12 +89,12 @@ impl Template {
             sun_cosine: 1.0,
             cos_gamma: cosine,
         };
-        path.trace(&ray, medium, grid.shells.levels(), &STOPS);
+        path.trace(&ray, medium, readings.levels.levels(), &STOPS);
         let stops: Vec<Stop> = path
             .points
             .iter()
             .step_by(2)
-            .map(|p| Stop::new(p, grid.shells.find(p.z)))
+            .map(|p| Stop::new(p, readings.levels.find(p.z)))
             .collect();
         path.trace(&ray, medium, shells, sampling);
         let vectors = medium.vectors;
@@ -150,7 +158,7 @@ impl Template {
             weights,
             ground,
         };
-        template.drop_faint_stops(vectors);
+        template.drop_faint_stops(vectors, readings.faint);
         template
     }
 
@@ -207,9 +215,9 @@ impl Template {
         }
     }
 
-    /// Drops stops from which next to nothing arrives at any wavelength; the last stays, it may be the
+    /// Drops stops from which at most a faint share arrives at any wavelength; the last stays, it may be the
     /// ground.
-    fn drop_faint_stops(&mut self, vectors: usize) {
+    fn drop_faint_stops(&mut self, vectors: usize, faint: f32) {
         let count = self.stops.len();
         let mut all = vec![ZERO; vectors];
         for (k, w) in self.weights.iter().enumerate() {
@@ -222,7 +230,7 @@ impl Template {
                 k + 1 == count
                     || (0..vectors).any(|v| {
                         let w = &self.weights[k * vectors + v];
-                        (0..WIDTH).any(|l| w[l] > FAINT * all[v][l])
+                        (0..WIDTH).any(|l| w[l] > faint * all[v][l])
                     })
             })
             .collect();
@@ -235,6 +243,3 @@ impl Template {
         }
     }
 }
-
-/// Share of a ray's scattered light below which a stop is not read.
-const FAINT: f32 = 3e-4;
