@@ -147,3 +147,33 @@ fn threads_that_ask_at_once_get_the_same_answers() {
     });
     assert!(together.iter().all(|answers| *answers == alone));
 }
+
+/// The device is the program's own: when it is lost, reading back says so, and a renderer made anew on
+/// another device goes on with the same picture.
+#[test]
+fn after_a_lost_device_a_new_renderer_draws_the_same() {
+    let sky = UtmSky::embedded().expect("a table");
+    let open = || {
+        let gpu = Headless::new().unwrap_or_else(|error| panic!("{error}"));
+        let renderer = SkyRenderer::new(&gpu.device, sky.lut(), FORMAT).expect("a renderer");
+        let target = gpu.target([32, 32], FORMAT).expect("a target");
+        (gpu, renderer, target)
+    };
+    let picture = |(gpu, renderer, target): &mut (Headless, SkyRenderer, wgpu::Texture)| {
+        draw(gpu, renderer, target, 0.4, Tier::Baked);
+        gpu.read(target)
+    };
+    let mut first = open();
+    let before = picture(&mut first).expect("pixels");
+    assert!(before.iter().any(|byte| *byte != 0));
+    for _ in 0..3 {
+        first
+            .0
+            .device
+            .on_uncaptured_error(std::sync::Arc::new(|_| ()));
+        first.0.device.destroy();
+        assert!(picture(&mut first).is_err(), "pixels from a lost device");
+        first = open();
+        assert_eq!(picture(&mut first).expect("pixels"), before);
+    }
+}

@@ -62,14 +62,14 @@ impl Grid {
             altitude_km: Axis::new(
                 "km",
                 vec![
-                    0.0, 0.4, 1.0, 2.0, 3.5, 5.5, 8.5, 12.0, 15.0, 18.5, 24.0, 30.0,
+                    0.0, 0.45, 1.1, 2.0, 3.1, 4.2, 5.7, 7.6, 10.0, 13.5, 19.0, 24.5, 30.0,
                 ],
             )?,
             turbidity: Axis::new("1", vec![1.0, haze_begins, 1.3, 2.0, 4.0, 8.0])?,
             sun_zenith_deg: Axis::new(
                 "deg",
                 vec![
-                    0.0, 30.0, 50.0, 68.0, 78.0, 83.0, 86.0, 88.0, 90.0, 91.0, 92.0, 94.0, 96.0,
+                    0.0, 25.0, 52.0, 70.0, 79.5, 84.0, 86.7, 88.8, 90.5, 92.0, 94.0, 96.0,
                 ],
             )?,
             form: Form::Extended,
@@ -177,7 +177,10 @@ impl SkyMap {
             Form::PerezReport => report_directions(),
             Form::PerezSpherical | Form::Extended => fit_directions(conditions.observer_altitude),
         };
-        directions.retain(|d| is_clear_of_sun(d, conditions.sun_zenith, exclusion));
+        // Perez's formula has no room for what lies close to the sun
+        if form != Form::Extended {
+            directions.retain(|d| is_clear_of_sun(d, conditions.sun_zenith, exclusion));
+        }
         let sky = truth.yxy_map(&conditions, &directions)?;
         Ok(Self {
             conditions,

@@ -15,8 +15,7 @@ use sky_core::axis::Axis;
 use sky_core::direction::{SkyDirection, horizon_zenith};
 use sky_core::extended::TERMS;
 use sky_core::lut::{Form, Lut, LutHeader};
-use sky_core::metrics::{SUN_EXCLUSION_DEG, is_clear_of_sun};
-use sky_core::quantity::Angle;
+use sky_core::quantity::{Angle, Length};
 use sky_core::sky_model::{Conditions, Domain, SkyModel, Yxy};
 use sky_core::utm_sky::UtmSky;
 use sky_fit::sweep::{Grid, MapEquations, SkyMap, between, fit_directions, fit_turbidity};
@@ -288,11 +287,10 @@ fn engine(
 /// Directions that a map is fitted in: a stride over the default ones; 0 for twice as many.
 const DIRECTIONS: [usize; 4] = [8, 3, 1, 0];
 
-fn directions(stride: usize, conditions: &Conditions) -> Vec<SkyDirection> {
-    let mut all = fit_directions(conditions.observer_altitude);
+fn directions(stride: usize, altitude: Length) -> Vec<SkyDirection> {
+    let mut all = fit_directions(altitude);
     if stride == 0 {
-        let lowest =
-            horizon_zenith(conditions.observer_altitude).degrees() - LOWEST_RING_ABOVE_HORIZON_DEG;
+        let lowest = horizon_zenith(altitude).degrees() - LOWEST_RING_ABOVE_HORIZON_DEG;
         let others: Vec<SkyDirection> = all
             .iter()
             .map(|d| {
@@ -302,11 +300,7 @@ fn directions(stride: usize, conditions: &Conditions) -> Vec<SkyDirection> {
             .collect();
         all.extend(others);
     }
-    let exclusion = Angle::from_degrees(SUN_EXCLUSION_DEG);
-    all.into_iter()
-        .step_by(stride.max(1))
-        .filter(|d| is_clear_of_sun(d, conditions.sun_zenith, exclusion))
-        .collect()
+    all.into_iter().step_by(stride.max(1)).collect()
 }
 
 /// Axes of altitude and sun, by the setting that they belong to.
@@ -348,7 +342,7 @@ fn one_turbidity(
     let equations: Vec<MapEquations> = places
         .par_iter()
         .map(|conditions| {
-            let directions = directions(stride, conditions);
+            let directions = directions(stride, conditions.observer_altitude);
             let sky = truth.yxy_map(conditions, &directions)?;
             let map = SkyMap {
                 conditions: *conditions,
@@ -408,7 +402,7 @@ fn grid(grids: &[AxesOf], bar: &ProgressBar, points: &mut Vec<Point>) -> Result<
     let default = grids.iter().find(|(_, _, is_default)| *is_default);
     for stride in DIRECTIONS {
         let Some((_, nodes, _)) = default else { break };
-        let count = directions(stride, &conditions(0.0, TURBIDITY, 96.0)).len();
+        let count = directions(stride, Length::ZERO).len();
         add("directions", count.to_string(), stride == 1, nodes, stride)?;
     }
     Ok(())

@@ -321,9 +321,9 @@ impl Transport {
                     out.extend(radiance.iter().flatten().take(n).map(|x| f64::from(*x)));
                 }
                 if diffuse {
-                    let template = self
-                        .diffuse
-                        .template(radius, cosine, View::Observer, &mut scratch.path);
+                    let template =
+                        self.diffuse
+                            .template(radius, cosine, View::Observer, &mut scratch.path);
                     let vectors = self.diffuse.air.medium.vectors;
                     let mut radiance = vec![ZERO; rays.len() * vectors];
                     let source = &self.diffuse.source;
