@@ -148,11 +148,11 @@ pub const KINDS: [KindEntry; 18] = [
         "bend of ln Y over 0.01°",
         [215, 75, 60],
     ),
-    // a table that is linear between nodes bends at them: toward a low sun, by 1.3 %
+    // a table that is linear between nodes bends at them: at the rim toward a sun that is down, by 1.1 %
     entry(
         Kind::JumpAltitude,
         "jump_altitude",
-        0.02,
+        0.0125,
         "bend of ln Y over 10 m",
         [230, 160, 60],
     ),
