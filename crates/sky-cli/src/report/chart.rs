@@ -383,6 +383,19 @@ fn drawing_error(error: impl std::fmt::Display) -> anyhow::Error {
 
 const ZOOMED_PX: f64 = 4.0;
 
+/// Around the plot \[px\].
+const MARGIN: u32 = 6;
+const RIGHT_MARGIN: u32 = 14;
+const X_LABELS: u32 = 34;
+const Y_LABELS: u32 = 52;
+/// Size of the words in a chart \[px\].
+const NOTE_PX: f64 = 9.5;
+
+#[expect(clippy::cast_possible_truncation, reason = "a few thousand at most")]
+fn zoomed(px: f64) -> i32 {
+    (px * ZOOMED_PX).round() as i32
+}
+
 fn font(px: f64) -> TextStyle<'static> {
     // plotters writes its size divided by 1.24.
     ("sans-serif", px * 1.24 * ZOOMED_PX)
@@ -440,14 +453,57 @@ impl Chart {
         }
     }
 
+    /// How far each word stands from its place \[px of the zoomed drawing\]: as near as goes without
+    /// lying on another word or beyond the right edge; the first words choose first.
+    fn note_offsets(&self) -> Vec<(i32, i32)> {
+        const LINE_PX: f64 = 1.15 * NOTE_PX;
+        const LETTER_PX: f64 = 0.53 * NOTE_PX;
+        let [width, height] = [
+            f64::from(self.size[0]) - f64::from(MARGIN + RIGHT_MARGIN + Y_LABELS),
+            f64::from(self.size[1]) - f64::from(2 * MARGIN + X_LABELS),
+        ];
+        let mut taken: Vec<[f64; 4]> = Vec::new();
+        let mut offsets = Vec::new();
+        for note in &self.notes {
+            let at = [
+                self.x.place(note.at[0]) * width,
+                (1.0 - self.y.place(note.at[1])) * height,
+            ];
+            let length = LETTER_PX * index(note.text.chars().count());
+            let shift = (width + f64::from(RIGHT_MARGIN) - at[0] - length).min(0.0);
+            let free = |down: &f64| {
+                let [left, top] = [at[0] + shift, at[1] + down];
+                let box_ = [left, top, left + length, top + LINE_PX];
+                let clear = taken.iter().all(|other| {
+                    box_[0] >= other[2]
+                        || other[0] >= box_[2]
+                        || box_[1] >= other[3]
+                        || other[1] >= box_[3]
+                });
+                (clear && top >= -LINE_PX && box_[3] <= height + LINE_PX).then_some(box_)
+            };
+            let steps = (0..8).flat_map(|n| {
+                let step = f64::from(n) * 0.5 * LINE_PX;
+                [step, -step - LINE_PX]
+            });
+            let (down, box_) = steps
+                .filter_map(|down| Some((down, free(&down)?)))
+                .next()
+                .unwrap_or((0.0, [0.0; 4]));
+            taken.push(box_);
+            offsets.push((zoomed(shift), zoomed(down)));
+        }
+        offsets
+    }
+
     fn draw(&self, svg: &mut String) -> Result<()> {
         let size = (self.size[0] * ZOOM, self.size[1] * ZOOM);
         let root = SVGBackend::with_string(svg, size).into_drawing_area();
         let mut chart = ChartBuilder::on(&root)
-            .margin(6 * ZOOM)
-            .margin_right(14 * ZOOM)
-            .x_label_area_size(34 * ZOOM)
-            .y_label_area_size(52 * ZOOM)
+            .margin(MARGIN * ZOOM)
+            .margin_right(RIGHT_MARGIN * ZOOM)
+            .x_label_area_size(X_LABELS * ZOOM)
+            .y_label_area_size(Y_LABELS * ZOOM)
             .build_cartesian_2d(
                 self.x.clone().thinned(self.size[0] / 46),
                 self.y.clone().thinned(self.size[1] / 28),
@@ -514,7 +570,11 @@ impl Chart {
             .draw_series(
                 self.notes
                     .iter()
-                    .map(|note| Text::new(note.text.clone(), (note.at[0], note.at[1]), font(9.5))),
+                    .zip(self.note_offsets())
+                    .map(|(note, offset)| {
+                        EmptyElement::at((note.at[0], note.at[1]))
+                            + Text::new(note.text.clone(), offset, font(NOTE_PX))
+                    }),
             )
             .map_err(drawing_error)?;
         root.present().map_err(drawing_error)?;
@@ -721,6 +781,32 @@ mod tests {
         let log = Scale::logarithmic("y", [0.02, 700.0], 9.0);
         assert!((log.range[0] - 0.02).abs() < 1e-12 && (log.range[1] - 1000.0).abs() < 1e-9);
         assert!(log.ticks.iter().all(|t| (0.0199..=1001.0).contains(t)));
+    }
+
+    #[test]
+    fn words_do_not_lie_on_each_other() {
+        let note = |x: f64, y: f64| Note {
+            text: "a word".to_owned(),
+            at: [x, y],
+        };
+        let chart = Chart {
+            title: String::new(),
+            x: Scale::linear("x", [0.0, 10.0]),
+            y: Scale::linear("y", [0.0, 10.0]),
+            series: Vec::new(),
+            notes: vec![
+                note(5.0, 5.0),
+                note(5.1, 5.0),
+                note(9.9, 5.0),
+                note(1.0, 9.0),
+            ],
+            size: [560, 360],
+        };
+        let offsets = chart.note_offsets();
+        assert_eq!(offsets[0], (0, 0));
+        assert!(offsets[1].1.abs() > 20, "the second moves: {offsets:?}");
+        assert!(offsets[2].0 < 0, "the third ends at the edge: {offsets:?}");
+        assert_eq!(offsets[3], (0, 0));
     }
 
     #[test]
