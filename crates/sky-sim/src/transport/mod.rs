@@ -103,7 +103,7 @@ impl Default for TransportSettings {
 /// Thickest segment of a path, as a fraction of (altitude + 4 km): for the field and an observer.
 const FIELD_SHELLS: f64 = 0.5;
 const VIEW_SHELLS: f64 = 0.2;
-/// Rise between two readings of sunlight on such a ray, as a fraction of (altitude + 4 km): in
+/// Rise between two readings of sunlight on a ray that builds the field, per (altitude + 4 km): in
 /// twilight the sun lights only what is high, and fades fast below.
 const SUNLIT_RISE: f64 = 0.1;
 /// Share of a ray's scattered light below which the field is not read at a stop.
