@@ -6,6 +6,7 @@
 use sky_core::direction::SkyDirection;
 use sky_core::haze::Haze;
 use sky_core::quantity::{Angle, Length};
+use sky_fit::sweep::between;
 use sky_sim::optics::{Constituents, OpticalProfile, OpticsSettings};
 use sky_sim::profile::AtmosphereProfile;
 use sky_sim::transport::{Transport, TransportSettings};
@@ -143,16 +144,6 @@ fn air_that_absorbs_nothing_under_a_black_ground_is_brighter_than_air_that_does(
     }
 }
 
-/// The values, and one halfway between each and the next.
-fn halved(values: &[f64]) -> Vec<f64> {
-    let mut all: Vec<f64> = values
-        .windows(2)
-        .flat_map(|w| [w[0], 0.5 * (w[0] + w[1])])
-        .collect();
-    all.extend(values.last());
-    all
-}
-
 /// Largest relative difference between two solutions above the horizon.
 fn difference(solved: [&Transport; 2], km: f64, sun: f64) -> f64 {
     let mut sky = directions();
@@ -170,7 +161,7 @@ fn light_in_twilight_does_not_depend_on_the_number_of_shells() {
     let optics = optics(0.3);
     let usual = TransportSettings::default();
     let fine = TransportSettings {
-        shells_km: halved(&halved(&usual.shells_km)),
+        shells_km: between(&between(&usual.shells_km)),
         ..usual.clone()
     };
     let [usual, fine] =
@@ -189,8 +180,8 @@ fn stricter_settings_change_little() {
         zenith_points: [9, 12, 6],
         azimuth_points: 12,
         tolerance: 2e-4,
-        columns_deg: halved(&usual.columns_deg),
-        shells_km: halved(&usual.shells_km),
+        columns_deg: between(&usual.columns_deg),
+        shells_km: between(&usual.shells_km),
         ..usual.clone()
     };
     let [usual, strict] =

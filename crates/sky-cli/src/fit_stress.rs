@@ -14,18 +14,17 @@ use nalgebra::{DVector, Dyn, OMatrix, U6, Vector6};
 use rayon::prelude::*;
 use sky_core::air_mass::relative_air_mass;
 use sky_core::direction::SkyDirection;
-use sky_core::metrics::{SUN_EXCLUSION_DEG, is_clear_of_sun};
+use sky_core::lut::Form;
 use sky_core::perez::PerezCoefficients;
-use sky_core::quantity::{Angle, Length};
-use sky_core::sky_model::{Conditions, SkyModel, Yxy};
+use sky_core::quantity::Length;
+use sky_core::sky_model::{Conditions, Yxy};
 use sky_core::utm_sky::PEREZ_SCALE_HEIGHT_KM;
 use sky_fit::problem::{Channel, FitOptions, PerezFit, Sample, SkySamples, Starts, fit_channel};
-use sky_fit::sweep::fit_directions;
+use sky_fit::sweep::SkyMap;
 use sky_sim::optics::OpticsSettings;
 use sky_sim::profile::AtmosphereProfile;
 
 use crate::args::FitStressArgs;
-use crate::evaluate::conditions;
 use crate::files::{OutputFile, print};
 use crate::generate::{progress, spinner};
 use crate::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
@@ -176,11 +175,15 @@ pub fn maps(cells: &[[f64; 3]]) -> Result<Vec<Map>> {
     )?;
     let mut out = Vec::new();
     for &[altitude_km, turbidity, sun_zenith_deg] in cells {
-        let conditions = conditions(altitude_km, turbidity, sun_zenith_deg);
-        let mut directions = fit_directions(conditions.observer_altitude);
-        let exclusion = Angle::from_degrees(SUN_EXCLUSION_DEG);
-        directions.retain(|d| is_clear_of_sun(d, conditions.sun_zenith, exclusion));
-        let sky = truth.yxy_map(&conditions, &directions)?;
+        let SkyMap {
+            conditions,
+            directions,
+            sky,
+        } = SkyMap::compute(
+            &truth,
+            Form::PerezSpherical,
+            (altitude_km, turbidity, sun_zenith_deg),
+        )?;
         for (k, channel) in Channel::ALL.into_iter().enumerate() {
             let value = |light: &Yxy| [light.luminance_cd_m2, light.x, light.y][k];
             let sample = |(d, light): (&SkyDirection, &Yxy)| Sample {

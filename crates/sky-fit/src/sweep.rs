@@ -172,13 +172,13 @@ impl SkyMap {
             turbidity,
             sun_zenith: Angle::from_degrees(sun_zenith_deg),
         };
-        let exclusion = Angle::from_degrees(SUN_EXCLUSION_DEG);
         let mut directions = match form {
             Form::PerezReport => report_directions(),
             Form::PerezSpherical | Form::Extended => fit_directions(conditions.observer_altitude),
         };
         // Perez's formula has no room for what lies close to the sun
         if form != Form::Extended {
+            let exclusion = Angle::from_degrees(SUN_EXCLUSION_DEG);
             directions.retain(|d| is_clear_of_sun(d, conditions.sun_zenith, exclusion));
         }
         let sky = truth.yxy_map(&conditions, &directions)?;

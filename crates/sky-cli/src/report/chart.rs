@@ -471,7 +471,7 @@ impl Chart {
             ];
             let length = LETTER_PX * index(note.text.chars().count());
             let shift = (width + f64::from(RIGHT_MARGIN) - at[0] - length).min(0.0);
-            let free = |down: &f64| {
+            let free = |down: f64| {
                 let [left, top] = [at[0] + shift, at[1] + down];
                 let box_ = [left, top, left + length, top + LINE_PX];
                 let clear = taken.iter().all(|other| {
@@ -482,13 +482,12 @@ impl Chart {
                 });
                 (clear && top >= -LINE_PX && box_[3] <= height + LINE_PX).then_some(box_)
             };
-            let steps = (0..8).flat_map(|n| {
+            let mut steps = (0..8).flat_map(|n| {
                 let step = f64::from(n) * 0.5 * LINE_PX;
                 [step, -step - LINE_PX]
             });
             let (down, box_) = steps
-                .filter_map(|down| Some((down, free(&down)?)))
-                .next()
+                .find_map(|down| Some((down, free(down)?)))
                 .unwrap_or((0.0, [0.0; 4]));
             taken.push(box_);
             offsets.push((zoomed(shift), zoomed(down)));

@@ -215,8 +215,8 @@ impl Template {
         }
     }
 
-    /// Drops stops from which at most a faint share arrives at any wavelength; the last stays, it may be the
-    /// ground.
+    /// Drops stops from which at most a faint share arrives at any wavelength; the last stays, it may
+    /// be the ground.
     fn drop_faint_stops(&mut self, vectors: usize, faint: f32) {
         let count = self.stops.len();
         let mut all = vec![ZERO; vectors];
