@@ -5,7 +5,7 @@
 //! set:
 //!
 //! ```text
-//! UTM_SKY_BLESS=1 cargo test --release -p sky-tests --test golden
+//! UTM_SKY_BLESS=1 cargo test --release -p sky-tests --test gpu golden
 //! ```
 //!
 //! What is wrong with a picture that was blessed, only an eye sees: look at it first.

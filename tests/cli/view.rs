@@ -7,8 +7,6 @@
     reason = "the measured figures are part of the test's answer"
 )]
 
-mod cli_support;
-
 use std::io::{BufRead as _, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -28,7 +26,7 @@ use x11rb::protocol::xproto::{
     ClientMessageEvent, ConfigureWindowAux, ConnectionExt as _, EventMask,
 };
 
-use cli_support::{names, refuse, succeed, utm_sky};
+use crate::support::{names, refuse, succeed, utm_sky};
 
 /// An X server without a screen, until it is dropped.
 struct Display {

@@ -1,12 +1,10 @@
 //! `utm-sky plan`: scenes become the smallest tables that meet their tolerance.
 
-mod cli_support;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use cli_support::{names, refuse, succeed};
+use crate::support::{names, refuse, succeed};
 use sky_cli::args::PlanTerm;
 use sky_cli::plan::scene::Scene;
 use sky_cli::plan::{Plan, Planned, PlannedTier, plan_scene, verify_plan, visibility};

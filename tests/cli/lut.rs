@@ -1,12 +1,9 @@
 //! `utm-sky lut`: what a table says about itself, its CSV, and files that are no tables.
 
-mod cli_support;
-mod lut_support;
-
 use std::fs;
 
-use cli_support::{names, refuse, succeed};
-use lut_support::{report_grid, smallest};
+use crate::lut_support::{report_grid, smallest};
+use crate::support::{names, refuse, succeed};
 use tempfile::{TempDir, tempdir};
 
 fn directory_with(bytes: &[u8]) -> TempDir {
@@ -21,7 +18,7 @@ fn refuse_table(bytes: &[u8], words: &[&str]) {
     let words: Vec<&str> = words.iter().copied().chain(["sky.utmlut"]).collect();
     for line in ["lut info sky.utmlut", "lut export sky.utmlut --csv out.csv"] {
         refuse(dir.path(), line, &words);
-        let message = cli_support::run(dir.path(), line).stderr;
+        let message = crate::support::run(dir.path(), line).stderr;
         assert_eq!(message.lines().count(), 1, "{message}");
     }
     assert_eq!(names(dir.path()), ["sky.utmlut"]);

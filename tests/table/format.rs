@@ -1,8 +1,6 @@
 //! The file format of look-up tables: what is written is read back, and nothing else is read.
 
-mod lut_support;
-
-use lut_support::{header, report_grid, smallest};
+use crate::lut_support::{header, report_grid, smallest};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use sky_core::axis::Axis;

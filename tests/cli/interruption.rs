@@ -2,15 +2,13 @@
 
 #![cfg(unix)]
 
-mod cli_support;
-
 use std::fmt::Write as _;
 use std::fs;
 use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use cli_support::{Outcome, names, refuse, succeed, utm_sky};
+use crate::support::{Outcome, names, refuse, succeed, utm_sky};
 use tempfile::tempdir;
 
 /// A file may grow to 64 blocks (32 or 64 KiB), then writing fails as on a full disk.

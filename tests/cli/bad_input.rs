@@ -1,12 +1,10 @@
 //! Bad input: exit status 2, nothing written, and one message with file, line, column, expected
 //! and found.
 
-mod cli_support;
-
 use std::fs;
 use std::path::Path;
 
-use cli_support::{names, refuse};
+use crate::support::{names, refuse};
 use tempfile::{TempDir, tempdir};
 
 const GENERAL: &str = include_str!("../../profiles/general.csv");
@@ -241,7 +239,7 @@ fn sun_zenith_outside_0_to_96_degrees() {
 fn bounds_themselves_are_allowed() {
     let dir = tempdir().unwrap();
     for (altitude, sun) in [("0", "0"), ("30", "96")] {
-        cli_support::succeed(
+        crate::support::succeed(
             dir.path(),
             &format!(
                 "map --altitude-km {altitude} --turbidity 1 --sun-zenith-deg {sun} \

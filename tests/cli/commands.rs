@@ -1,12 +1,10 @@
 //! The contracts of the command line: columns, rows, exit status.
 
-mod cli_support;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use cli_support::{names, refuse, run, succeed};
+use crate::support::{names, refuse, run, succeed};
 use tempfile::tempdir;
 
 /// Header and rows of a CSV of numbers.

@@ -1,10 +1,8 @@
 //! The contracts of the runtime's commands: segment, light, render, export-shaders, models, chart.
 
-mod cli_support;
-
 use std::fs;
 
-use cli_support::{names, refuse, succeed};
+use crate::support::{names, refuse, succeed};
 use tempfile::tempdir;
 
 #[test]

@@ -1,14 +1,12 @@
 //! `utm-sky chart`: its files hold together, and its printed factors are those of its figures. Needs a
 //! Vulkan driver.
 
-mod cli_support;
-
 use std::collections::BTreeMap;
 use std::fs;
 
 use tempfile::tempdir;
 
-use cli_support::{names, refuse, succeed};
+use crate::support::{names, refuse, succeed};
 
 const HEAD: &str = "model,tier,regime,valid_share,delta_e_p50,delta_e_p95,luminance_p95,\
 radiance_rmse_mw_m2_sr_nm,cpu_ns_per_direction,gpu_ns_per_pixel_1080p,gpu_ns_per_pixel_2160p,\

@@ -1,0 +1,8 @@
+//! The engines, the optics and the fit against published tables, closed forms and skies that are known.
+
+mod color;
+mod fit_degenerate;
+mod fit_solver;
+mod optics;
+mod transport;
+mod transport_limits;
