@@ -87,6 +87,9 @@ impl Source {
                     {
                         out.modules.insert(name.clone(), false);
                     }
+                    // to hold a module is not to know it
+                    at += 2;
+                    continue;
                 }
                 Token::Word(_) if at == 0 || !tokens[at - 1].is_sign('.') => {
                     let (path, end) = path_at(&tokens, at);
@@ -116,7 +119,8 @@ impl Source {
     /// word (`f32`).
     pub(crate) fn uses(&self, form: &str) -> bool {
         if let Some(name) = form.strip_suffix('!') {
-            return self.macros.contains(name);
+            let under_another_name = vec!["std".to_owned(), name.to_owned()];
+            return self.macros.contains(name) || self.paths.contains(&under_another_name);
         }
         let form: Vec<&str> = form.split("::").collect();
         let stands_in = |path: &Vec<String>| {
@@ -558,7 +562,7 @@ fn macros_words_and_endings_are_told_apart() {
     assert!(uses("fn f() { std::println!(\"x\") }", "println!"));
     assert!(uses(
         "use std::println as say; fn f() { say!(\"x\") }",
-        "std::println"
+        "println!"
     ));
     assert!(!uses("fn f() { eprintln!(\"x\") }", "println!"));
     assert!(!uses(
