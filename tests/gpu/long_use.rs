@@ -1,7 +1,7 @@
-//! Long and shared use: a flight of many frames, several renderers and devices, many threads. A binary
-//! of its own, so that its memory is its own.
+//! Long and shared use: a flight of many frames, several renderers and devices, many threads.
 
-use std::thread;
+use std::process::Command;
+use std::{env, thread};
 
 use glam::Vec3;
 use sky_cli::evaluate::conditions;
@@ -57,10 +57,33 @@ fn resident_bytes() -> Option<u64> {
     Some(pages * 4096)
 }
 
+/// Set for a test that has a process of its own.
+const ALONE: &str = "UTM_SKY_TEST_ALONE";
+
+/// Runs a test of this file in a process of its own, whose memory no other test uses.
+fn run_alone(test: &str) {
+    let output = Command::new(env::current_exe().expect("this program"))
+        .args(["--exact", &format!("long_use::{test}")])
+        .env(ALONE, "1")
+        .output()
+        .expect("this program starts");
+    let words = String::from_utf8_lossy(&output.stdout);
+    // a test of another name would be none, and none is no failure
+    assert!(
+        output.status.success() && words.contains("1 passed"),
+        "{words}{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+}
+
 /// wgpu panics at a validation error, so that there is none either.
 #[test]
 fn twenty_thousand_frames_show_no_bad_pixel_and_keep_their_memory() {
     const FRAMES: u32 = 20_000;
+    if env::var_os(ALONE).is_none() {
+        run_alone("twenty_thousand_frames_show_no_bad_pixel_and_keep_their_memory");
+        return;
+    }
     let gpu = Headless::new().unwrap_or_else(|error| panic!("{error}"));
     let target = gpu.target([16, 16], FORMAT).expect("a target");
     let mut renderer = SkyRenderer::new(

@@ -7,3 +7,6 @@ mod long_use;
 mod pixels;
 mod shaders;
 mod twins;
+
+#[path = "../support/cases.rs"]
+mod cases;

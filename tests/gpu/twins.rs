@@ -8,6 +8,7 @@
 
 use std::sync::{LazyLock, Mutex};
 
+use crate::cases::{Ranges, random};
 use sky_cli::evaluate::conditions;
 use sky_cli::render::{Painter, Pixels, Shot, draw_on_cpu, facing, looking};
 use sky_core::color::Yxy;
@@ -86,89 +87,134 @@ fn lights(pixels: &Pixels) -> Vec<Yxy> {
         .collect()
 }
 
-/// Median and 99th percentile.
-fn quantiles(mut values: Vec<f64>) -> [f64; 2] {
-    values.sort_by(f64::total_cmp);
-    [50, 99].map(|percent| values[values.len() * percent / 100])
+/// Median, 95th and 99th percentile; not a number where one is none.
+fn percentiles(values: &[f64]) -> [f64; 3] {
+    if values.iter().any(|v| v.is_nan()) {
+        return [f64::NAN; 3];
+    }
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    [50, 95, 99].map(|percent| sorted[sorted.len() * percent / 100])
 }
 
-fn counter(i: u32, dimension: u32) -> f64 {
-    const STEPS: [f64; 4] = [0.819_172_513, 0.671_043_606, 0.549_700_477, 0.450_295_262];
-    (0.5 + f64::from(i) * STEPS[dimension as usize]).fract()
+fn light(rgb: [f32; 3]) -> Yxy {
+    let [red, green, blue] = rgb.map(f64::from);
+    yxy_from_xyz(xyz_from_linear_srgb(LinearSrgb { red, green, blue }))
 }
 
-/// 108 frames of 1024 pixels cover the domain: above 1e5 inputs.
+/// How far the shader's light is from its twin's: luminance, relative; x; y. The sun's disc and what
+/// lies below the horizon are left out.
+fn differences_from_the_twin(shot: &Shot, found: &[[f32; 3]]) -> Vec<[f64; 3]> {
+    let picture = Picture::new(&SKY, &shot.conditions, 0.2).expect("inside the domain");
+    let axes = shot.frame().local_axes();
+    let [width, height] = shot.size;
+    let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    let mut out = Vec::new();
+    for ((x, y), rgb) in places.zip(found) {
+        let world = shot.direction(x, y).expect("all directions");
+        let direction = axes.map(|a| a.dot(world));
+        let Some(expected) = picture.sky.linear_srgb(direction) else {
+            continue;
+        };
+        if (picture.color(direction)[0] - expected[0]).abs() > 0.0 {
+            continue; // the sun's disc
+        }
+        let (found, expected) = (light(*rgb), light(expected));
+        assert!(
+            found.luminance_cd_m2 >= 0.0,
+            "{shot:?} {direction:?}: {found:?}"
+        );
+        out.push([
+            (found.luminance_cd_m2 / expected.luminance_cd_m2 - 1.0).abs(),
+            (found.x - expected.x).abs(),
+            (found.y - expected.y).abs(),
+        ]);
+    }
+    out
+}
+
+/// The three tiers at their finest and coarsest, and how far each may be from the evaluator's picture
+/// in CIEDE2000 over the whole domain and the whole sphere: median, 95th and 99th percentile. These are
+/// the figures of ARCHITECTURE.md.
+const TIERS: [(&str, Tier, [f64; 3]); 4] = [
+    ("fragment", Tier::Fragment, [0.9, 0.9, 0.9]),
+    ("baked", Tier::Baked, [0.9, 0.9, 0.9]),
+    ("fine dome", Tier::Vertex(Dome::FINE), [0.9, 0.9, 0.9]),
+    (
+        "the report's dome",
+        Tier::Vertex(Dome::REPORT),
+        [0.9, 0.9, 0.9],
+    ),
+];
+
+/// 54 frames of 4096 pixels cover the domain, its corners among them: above 1e5 inputs. In linear
+/// light: of an 8-bit picture one code more or less in the shadows is a ΔE of 1 by itself.
 #[test]
-fn the_shader_agrees_with_its_twin() {
+fn shaders_agree_with_their_twin_and_tiers_with_the_evaluator() {
+    let domain = SKY.lut().header().domain;
+    let ranges = Ranges {
+        altitude_km: domain.altitude_km,
+        turbidity: domain.turbidity,
+        sun_zenith_deg: domain.sun_zenith_deg,
+    };
     let mut worst = [0.0_f64; 3];
     let mut inputs = 0;
-    for i in 0..108 {
-        let camera = Camera::panorama(Projection::Equirectangular, facing(360.0 * counter(i, 3)));
-        let mut shot = shot(
-            30.0 * counter(i, 0).powi(2),
-            8.0_f64.powf(counter(i, 1)),
-            96.0 * counter(i, 2),
-            camera,
-        );
-        shot.size = [64, 32];
-        let found = linear(&on_gpu(&shot));
-        let picture = Picture::new(&SKY, &shot.conditions, 0.2).expect("inside the domain");
-        let axes = shot.frame().local_axes();
-        for y in 0..32 {
-            for x in 0..64 {
-                let world = shot.direction(x, y).expect("all directions");
-                let direction = axes.map(|a| a.dot(world));
-                let Some(expected) = picture.sky.linear_srgb(direction) else {
-                    continue;
-                };
-                if (picture.color(direction)[0] - expected[0]).abs() > 0.0 {
-                    continue; // the sun's disc
-                }
-                inputs += 1;
-                let yxy = |[red, green, blue]: [f32; 3]| {
-                    yxy_from_xyz(xyz_from_linear_srgb(LinearSrgb {
-                        red: red.into(),
-                        green: green.into(),
-                        blue: blue.into(),
-                    }))
-                };
-                let (found, expected) = (yxy(found[(y * 64 + x) as usize]), yxy(expected));
-                assert!(
-                    found.luminance_cd_m2 >= 0.0,
-                    "{shot:?} {direction:?}: {found:?}"
-                );
-                let errors = [
-                    (found.luminance_cd_m2 / expected.luminance_cd_m2 - 1.0).abs(),
-                    (found.x - expected.x).abs(),
-                    (found.y - expected.y).abs(),
-                ];
-                for (worst, error) in worst.iter_mut().zip(errors) {
-                    assert!(error.is_finite(), "{shot:?} {direction:?}: {found:?}");
-                    *worst = worst.max(error);
+    let mut errors = TIERS.map(|_| Vec::new());
+    for (i, conditions) in ranges.conditions("twins", 54, 54).into_iter().enumerate() {
+        let i = u32::try_from(i).expect("few");
+        let heading = facing(360.0 * random("heading", [i, 0]));
+        let mut shot = Shot {
+            conditions,
+            size: [64, 64],
+            ..shot(
+                0.0,
+                1.0,
+                0.0,
+                Camera::panorama(Projection::Equirectangular, heading),
+            )
+        };
+        let expected = lights(&draw_on_cpu(&SKY, &shot).expect("a picture"));
+        let white = white_luminance(&expected).expect("a picture with light");
+        for ((name, tier, _), errors) in TIERS.iter().zip(&mut errors) {
+            shot.tier = *tier;
+            let found = on_gpu(&shot);
+            if *tier == Tier::Fragment {
+                for one in differences_from_the_twin(&shot, &linear(&found)) {
+                    inputs += 1;
+                    for (worst, error) in worst.iter_mut().zip(one) {
+                        assert!(error.is_finite(), "{shot:?}");
+                        *worst = worst.max(error);
+                    }
                 }
             }
+            let of_frame: Vec<f64> = lights(&found)
+                .into_iter()
+                .zip(&expected)
+                .map(|(f, e)| ciede2000_of_lights(f, *e, white))
+                .collect();
+            println!("{i} {name} {conditions:?} {:?}", percentiles(&of_frame));
+            errors.extend(of_frame);
         }
     }
-    println!(
-        "{inputs} inputs; worst: luminance {:.2e}, x {:.2e}, y {:.2e}",
-        worst[0], worst[1], worst[2]
-    );
+    println!("{inputs} inputs; worst: {worst:?}");
     assert!(inputs >= 100_000);
+    for ((name, _, _), errors) in TIERS.iter().zip(&errors) {
+        println!("{name}: {:.3?}", percentiles(errors));
+    }
     assert!(
         worst[0] <= 1e-3 && worst[1] <= 2e-4 && worst[2] <= 2e-4,
         "{worst:?}"
     );
+    for ((name, _, limits), errors) in TIERS.iter().zip(&errors) {
+        let found = percentiles(errors);
+        let within = found.iter().zip(limits).all(|(f, l)| f <= l);
+        assert!(within, "{name}: {found:?}, at most {limits:?}");
+    }
 }
 
-/// In linear light: of an 8-bit picture one code more or less in the shadows is a ΔE of 1 by itself.
+/// Through other cameras the tiers draw what they draw of the whole sphere.
 #[test]
-fn every_tier_draws_the_evaluator_s_picture() {
-    let tiers = [
-        ("fragment", Tier::Fragment, 0.5),
-        ("baked", Tier::Baked, 1.0),
-        ("vertex", Tier::Vertex(Dome::REPORT), f64::INFINITY),
-        ("fine vertex", Tier::Vertex(Dome::FINE), 10.0),
-    ];
+fn every_tier_draws_the_evaluator_s_picture_through_every_camera() {
     for (camera_name, camera) in cameras() {
         for (altitude, turbidity, sun) in [
             (0.0, 2.5, 60.0),
@@ -179,7 +225,7 @@ fn every_tier_draws_the_evaluator_s_picture() {
             let mut shot = shot(altitude, turbidity, sun, camera);
             let expected = lights(&draw_on_cpu(&SKY, &shot).expect("a picture"));
             let white = white_luminance(&expected).expect("a picture with light");
-            for (name, tier, limit) in tiers {
+            for (name, tier, _) in TIERS {
                 shot.tier = tier;
                 let found = lights(&on_gpu(&shot));
                 let errors: Vec<f64> = found
@@ -187,12 +233,18 @@ fn every_tier_draws_the_evaluator_s_picture() {
                     .zip(&expected)
                     .map(|(f, e)| ciede2000_of_lights(*f, *e, white))
                     .collect();
-                let [median, error] = quantiles(errors);
+                let [median, p95, p99] = percentiles(&errors);
                 println!(
-                    "{camera_name} {altitude} km T {turbidity} sun {sun}: {name} dE median {median:.3} p99 {error:.3}"
+                    "{camera_name} {altitude} km T {turbidity} sun {sun}: {name} dE median {median:.3} p95 {p95:.3} p99 {p99:.3}"
                 );
-                assert!(median <= 3.0, "{camera_name} {name}: median {median}");
-                assert!(error <= limit, "{camera_name} {name}: {error}");
+                let limits = match tier {
+                    Tier::Fragment => [0.1, 0.25, 0.5],
+                    Tier::Baked => [0.1, 0.5, 1.0],
+                    Tier::Vertex(Dome::FINE) => [0.5, 4.0, 10.0],
+                    Tier::Vertex(_) => [3.0, 40.0, 60.0],
+                };
+                let within = [median, p95, p99].iter().zip(limits).all(|(f, l)| *f <= l);
+                assert!(within, "{camera_name} {name}: {median} {p95} {p99}");
             }
         }
     }

@@ -70,7 +70,8 @@ fn optical_depths_of_the_general_atmosphere() -> Outcome {
             } else {
                 found
             };
-            assert!(deviation <= 1e-3, "{what} {row:?}: {found:e} {want:e}");
+            // what is printed with six digits is met to its last
+            assert!(deviation <= 1e-5, "{what} {row:?}: {found:e} {want:e}");
             worst = worst.max(deviation);
         };
         check(depth(|_| ())?, row["tau_total_without_optional"], "total");
@@ -167,7 +168,7 @@ fn direct_beam_of_astm_g173() -> Outcome {
         Ok(f64::sqrt(sum / count))
     };
     let full = deviation(&settings)?;
-    assert!(full <= 0.012, "RMS relative deviation {full}");
+    assert!(full < 0.006_55, "RMS relative deviation {full}");
     // The other gases are needed: without them the figure is three times as large.
     let bare = OpticsSettings {
         constituents: Constituents::REFERENCE,

@@ -8,6 +8,7 @@
 use sky_core::direction::SkyDirection;
 use sky_core::haze::Haze;
 use sky_core::quantity::{Angle, Length};
+use sky_science::metrics::Statistics;
 use sky_sim::optics::{OpticalProfile, OpticsSettings};
 use sky_sim::phase;
 use sky_sim::profile::AtmosphereProfile;
@@ -98,7 +99,7 @@ fn the_published_radiances_are_met() {
         })
         .collect();
     assert_eq!(rows.len(), 810);
-    let mut deviations = Vec::new();
+    let (mut deviations, mut high) = (Vec::new(), Vec::new());
     for aod in [0.0, 0.5, 1.0] {
         let solved = solve(&optics(aod, &[440.0, 540.0, 640.0]), 0.2);
         for row in rows.iter().filter(|row| (row[0] - aod).abs() < 1e-9) {
@@ -107,18 +108,28 @@ fn the_published_radiances_are_met() {
                 Angle::from_degrees(row[2]),
                 &[SkyDirection::from_degrees(row[3], row[4])],
             );
-            deviations.extend(
-                found
-                    .iter()
-                    .zip(&row[5..8])
-                    .map(|(f, e)| (f / e - 1.0).abs()),
-            );
+            let of_row = found
+                .iter()
+                .zip(&row[5..8])
+                .map(|(f, e)| (f / e - 1.0).abs());
+            if row[3] <= 60.0 {
+                high.extend(of_row.clone());
+            }
+            deviations.extend(of_row);
         }
     }
     assert_eq!(deviations.len(), 3 * 810);
     let mean = deviations.iter().sum::<f64>() / 2430.0;
-    println!("mean deviation {mean:.4}");
-    assert!(mean <= 0.015, "mean deviation {mean}");
+    let found = Statistics::of(&deviations).expect("deviations");
+    println!("mean {mean:.4}, {found:?}");
+    // the README's figures; the worst look 1° above the horizon at the ground
+    assert!(found.median < 0.0045 && mean < 0.0105, "{mean} {found:?}");
+    assert!(found.p95 < 0.0405 && found.max < 0.215, "{found:?}");
+    // no view above 60° from the zenith is far off
+    assert!(high.len() > 1000, "{}", high.len());
+    let high = Statistics::of(&high).expect("deviations");
+    println!("to 60° from the zenith: {high:?}");
+    assert!(high.p95 < 0.0165, "{high:?}");
 }
 
 #[test]
@@ -135,17 +146,21 @@ fn an_independent_solver_agrees_in_thick_haze() {
         [90.0, 90.0, 0.017_561_3],
     ];
     let solved = solve(&optics(1.0, &[550.0]), 0.2);
+    let mut deviations = Vec::new();
     for [zenith, azimuth, expected] in SOLVER {
         let found = solved.radiance_ratio(
             Length::ZERO,
             Angle::from_degrees(75.0),
             &[SkyDirection::from_degrees(zenith, azimuth)],
         )[0];
-        assert!(
-            (found / expected - 1.0).abs() < 0.025,
-            "{zenith}: {found} {expected}"
-        );
+        deviations.push((found / expected - 1.0).abs());
     }
+    let found = Statistics::of(&deviations).expect("deviations");
+    println!("{found:?}");
+    assert!(
+        found.median < 0.0105 && found.max < 0.0165,
+        "{deviations:?}"
+    );
 }
 
 #[test]

@@ -2,9 +2,15 @@
 
 mod aerial;
 mod format;
+mod light;
 mod report;
 mod stability;
 mod utm_sky;
 
 #[path = "../support/lut.rs"]
 mod lut_support;
+
+#[path = "../support/cases.rs"]
+mod cases;
+#[path = "../support/truth.rs"]
+mod truth;

@@ -16,6 +16,7 @@ use sky_core::color::Yxy;
 use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
 use sky_core::lut::Lut;
+use sky_core::quantity::Length;
 use sky_core::utm_sky::{EMBEDDED_LUT, UtmSky};
 use sky_science::sky_model::SkyModel;
 use sky_sim::optics::OpticalProfile;
@@ -241,11 +242,17 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(200) })]
 
     #[test]
-    fn any_text_is_a_profile_or_refused(text in "\\PC{0,300}") {
-        let _ = AtmosphereProfile::from_csv_str("any.csv", &text);
-        let _ = OpticalProfile::from_csv_str("any.csv", &text);
-        let _ = DirectionTable::parse(Path::new("any.csv"), &text);
-        let _ = parse_grid("any.toml", &text);
+    fn any_text_is_refused_by_the_name_of_its_file(text in "\\PC{0,300}") {
+        let refusals = [
+            AtmosphereProfile::from_csv_str("any.csv", &text).err().map(|e| e.to_string()),
+            OpticalProfile::from_csv_str("any.csv", &text).err().map(|e| e.to_string()),
+            DirectionTable::parse(Path::new("any.csv"), &text).err().map(|e| e.to_string()),
+            parse_grid("any.csv", &text).err().map(|e| e.to_string()),
+        ];
+        for refusal in refusals {
+            let refusal = refusal.expect("no text without the right words is anything");
+            prop_assert!(refusal.starts_with("any.csv"), "{refusal}");
+        }
     }
 
     #[test]
@@ -260,7 +267,22 @@ proptest! {
         let cell = cell % cells.len();
         cells[cell] = &text;
         lines[line] = cells.join(",");
-        let _ = AtmosphereProfile::from_csv_str("general.csv", &lines.join("\n"));
+        match AtmosphereProfile::from_csv_str("general.csv", &lines.join("\n")) {
+            Ok(profile) => {
+                for km in profile.altitude_km() {
+                    let altitude = Length::from_km(*km);
+                    let (pressure, temperature) =
+                        (profile.pressure_hpa(altitude), profile.temperature_k(altitude));
+                    prop_assert!(pressure > 0.0 && pressure.is_finite(), "{km} km: {pressure} hPa");
+                    prop_assert!(temperature > 0.0 && temperature.is_finite(), "{km} km: {temperature} K");
+                }
+                prop_assert!(profile.altitude_km().windows(2).all(|w| w[0] < w[1]));
+            }
+            Err(error) => {
+                let error = error.to_string();
+                prop_assert!(error.starts_with("general.csv"), "{error}");
+            }
+        }
     }
 
     #[test]
@@ -286,11 +308,29 @@ proptest! {
         }
     }
 
+    /// Half of the grids have good axes.
     #[test]
-    fn a_grid_of_any_numbers_is_read_or_refused(
-        axes in vec(vec(prop::num::f64::ANY, 0..6), 3),
+    fn a_grid_is_read_where_every_axis_is_good_and_refused_elsewhere(
+        shares in vec(vec(0.0..=1.0_f64, 1..7), 3),
+        wrong in prop::option::of((0_usize..3, vec(prop::num::f64::ANY, 0..6))),
         form in "extended|perez-report|perez-spherical|other",
     ) {
+        const BOUNDS: [[f64; 2]; 3] = [[0.0, 30.0], [1.0, 12.0], [0.0, 96.0]];
+        let mut axes: Vec<Vec<f64>> = shares
+            .into_iter()
+            .zip(BOUNDS)
+            .map(|(mut shares, [low, high])| {
+                shares.sort_by(f64::total_cmp);
+                shares.dedup();
+                shares.iter().map(|share| (low + share * (high - low)).min(high)).collect()
+            })
+            .collect();
+        for nodes in &mut axes {
+            nodes.dedup();
+        }
+        if let Some((axis, nodes)) = wrong {
+            axes[axis] = nodes;
+        }
         let list = |nodes: &[f64]| {
             let items: Vec<String> = nodes.iter().map(|n| format!("{n:e}")).collect();
             items.join(",")
@@ -299,8 +339,20 @@ proptest! {
             "altitude_km=[{}]\nturbidity=[{}]\nsun_zenith_deg=[{}]\nform=\"{form}\"\n",
             list(&axes[0]), list(&axes[1]), list(&axes[2])
         );
-        if let Ok(grid) = parse_grid("any.toml", &text) {
-            prop_assert!(grid.nodes() >= 8);
+        let is_good = axes.iter().zip(BOUNDS).all(|(nodes, [low, high])| {
+            let ascend = nodes.windows(2).all(|w| w[0] < w[1]);
+            !nodes.is_empty() && ascend && nodes.iter().all(|n| (low..=high).contains(n))
+        });
+        match parse_grid("any.toml", &text) {
+            Ok(grid) => {
+                prop_assert!(is_good && form != "other", "{text}");
+                prop_assert_eq!(grid.nodes(), axes.iter().map(Vec::len).product::<usize>());
+                prop_assert_eq!(grid.sun_zenith_deg.nodes(), &axes[2]);
+            }
+            Err(error) => {
+                prop_assert!(!is_good || form == "other", "{text}: {error}");
+                prop_assert!(error.to_string().starts_with("any.toml"), "{error}");
+            }
         }
     }
 }

@@ -1,31 +1,30 @@
-//! The look-up tables between their nodes, against the transport engine; the table that ships.
+//! The look-up tables at and between their nodes, against the transport engine; the table that ships.
+//! The limits are the figures of the README.
+
+#![expect(
+    clippy::print_stdout,
+    reason = "the measured figures are part of the test's answer"
+)]
 
 use std::path::Path;
 use std::sync::LazyLock;
 
-use sky_cli::evaluate::{CaseCounts, Nodes, conditions, evaluate, held_out_cases};
-use sky_cli::generate::{MAP_STEP_NM, bake};
-use sky_cli::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
+use sky_cli::evaluate::{
+    CaseCounts, Nodes, Pooled, compare_maps, conditions, evaluate, evaluation_directions,
+    held_out_cases, pool,
+};
+use sky_cli::generate::bake;
 use sky_core::axis::Axis;
 use sky_core::conditions::{Conditions, Domain};
 use sky_core::direction::{SkyDirection, horizon_zenith};
-use sky_core::quantity::Length;
+use sky_core::quantity::{Angle, Length};
 use sky_core::utm_sky::{EMBEDDED_LUT, UtmSky};
 use sky_fit::sweep::Grid;
 use sky_science::metrics::{Statistics, relative_error};
 use sky_science::sky_model::SkyModel;
-use sky_sim::optics::OpticsSettings;
-use sky_sim::profile::AtmosphereProfile;
 
-static TRUTH: LazyLock<TransportSky> = LazyLock::new(|| {
-    let settings = OpticsSettings::with_step_nm(MAP_STEP_NM).expect("a step");
-    TransportSky::new(
-        AtmosphereProfile::general(),
-        settings,
-        DEFAULT_GROUND_ALBEDO,
-    )
-    .expect("the truth")
-});
+use crate::cases::{Ranges, between, random};
+use crate::truth::TRUTH;
 
 fn embedded() -> UtmSky {
     UtmSky::embedded().expect("the table of the program")
@@ -70,89 +69,191 @@ fn the_table_that_ships_is_small_and_reproduced_to_the_byte() {
     );
 }
 
+/// The table that ships and the one by the report's rule, at the cases that no table is fitted to.
+static BETWEEN_NODES: LazyLock<[Pooled; 2]> = LazyLock::new(|| {
+    let grid = Grid::report().expect("the report's grid");
+    let air = TRUTH.extinction().expect("optics");
+    let (lut, sweep) = bake(&*TRUTH, &grid, Path::new("general"), air).expect("a table");
+    assert_eq!(lut.header().shape(), [5, 3, 3]);
+    assert!(sweep.nodes.iter().all(|n| n.channels.len() == 3));
+    let (ours, report) = (embedded(), UtmSky::new(lut));
+    let cases = held_out_cases(&nodes(&ours), &CLAIMED, CaseCounts::default()).all();
+    let found = evaluate(&*TRUTH, &[&ours, &report], &cases).expect("inside the domain");
+    [found[0].pooled(), found[1].pooled()]
+});
+
+fn both(pooled: &Pooled) -> [Statistics; 2] {
+    println!("{pooled:?}");
+    [pooled.delta_e, pooled.luminance].map(|s| s.expect("directions"))
+}
+
 #[test]
 fn between_the_nodes_the_table_meets_the_transport_engine() {
-    let sky = embedded();
-    let cases = held_out_cases(&nodes(&sky), &CLAIMED, CaseCounts::default()).all();
-    let all = evaluate(&*TRUTH, &[&sky], &cases).expect("inside the domain")[0].pooled();
-    let (color, luminance) = (
-        all.delta_e.expect("directions"),
-        all.luminance.expect("directions"),
-    );
-    assert!(all.maps > 200);
+    let all = &BETWEEN_NODES[0];
+    let [color, luminance] = both(all);
+    assert_eq!(all.maps, 268);
     assert_eq!(all.negatives + all.not_finite, 0);
-    assert!(color.median <= 0.5 && color.p95 <= 2.5, "{color:?}");
-    assert!(luminance.p95 <= 0.06, "{luminance:?}");
-}
-
-/// Relative errors of luminance of the shipped table.
-fn luminance_errors(places: &[(Conditions, Vec<SkyDirection>)]) -> Statistics {
-    let sky = embedded();
-    let mut errors = Vec::new();
-    for (conditions, directions) in places {
-        let ask = |sky: &dyn SkyModel| sky.yxy_map(conditions, directions).expect("inside");
-        let pairs = ask(&sky).into_iter().zip(ask(&*TRUTH));
-        errors.extend(pairs.map(|(a, b)| relative_error(a.luminance_cd_m2, b.luminance_cd_m2)));
-    }
-    Statistics::of(&errors).expect("directions")
-}
-
-/// The 5° that every other figure leaves out: the sun's glare hides them, but not its absence.
-#[test]
-fn close_to_the_sun_the_table_is_no_guess() {
-    let mut day = Vec::new();
-    for (km, turbidity) in [(0.7, 1.5), (2.5, 3.0), (9.0, 2.5), (16.0, 1.2), (27.0, 5.0)] {
-        for sun in [12.0, 38.0, 61.0, 75.0] {
-            let near = [-4.0, -2.0, -0.5, 0.5, 2.0, 4.0]
-                .into_iter()
-                .flat_map(|off| [0.0, 2.0].map(|a| SkyDirection::from_degrees(sun + off, a)));
-            day.push((conditions(km, turbidity, sun), near.collect()));
-        }
-    }
-    let errors = luminance_errors(&day);
-    assert!(errors.p95 <= 0.05, "{errors:?}");
-}
-
-/// The brightest part of a twilight seen from altitude: toward the sun, 1 to 5° above the horizon.
-#[test]
-fn the_glow_of_a_sun_below_the_horizon_is_as_bright_as_it_should() {
-    let mut glow = Vec::new();
-    for (km, turbidity) in [
-        (5.0, 2.0),
-        (11.0, 3.0),
-        (16.0, 1.5),
-        (22.0, 4.0),
-        (29.0, 2.0),
-    ] {
-        let horizon = horizon_zenith(Length::from_km(km)).degrees();
-        for sun in [93.0, 94.7, 95.5] {
-            let above = [1.0, 1.5, 2.0, 3.0, 5.0]
-                .into_iter()
-                .flat_map(|up| [0.0, 8.0].map(|a| SkyDirection::from_degrees(horizon - up, a)));
-            glow.push((conditions(km, turbidity, sun), above.collect()));
-        }
-    }
-    let errors = luminance_errors(&glow);
-    assert!(errors.median <= 0.08 && errors.max <= 0.3, "{errors:?}");
+    assert!(color.median < 0.315 && color.p95 < 1.75, "{color:?}");
+    assert!(luminance.p95 < 0.0495, "{luminance:?}");
 }
 
 #[test]
 fn the_report_s_rule_turns_light_negative() {
-    let grid = Grid::report().expect("the report's grid");
-    let (lut, sweep) = bake(
+    // the cases of the shipped table, as far as the report's grid reaches
+    let all = &BETWEEN_NODES[1];
+    let [color, luminance] = both(all);
+    assert_eq!(all.negatives, 225, "the known failure");
+    assert!((6.95..7.05).contains(&color.median), "{color:?}");
+    assert!((34.5..35.5).contains(&color.p95), "{color:?}");
+    assert!((0.905..0.915).contains(&luminance.p95), "{luminance:?}");
+}
+
+/// The table's errors at every node, by the node's sun: the engine's map of the node's own conditions.
+fn at_the_nodes(sky: &UtmSky) -> Vec<(f64, [Statistics; 2])> {
+    let nodes = nodes(sky);
+    let mut out = Vec::new();
+    for (s, &sun) in nodes.sun_zenith_deg.iter().enumerate() {
+        let mut maps = Vec::new();
+        for &turbidity in &nodes.turbidity {
+            for (a, &km) in nodes.altitude_km.iter().enumerate() {
+                let case = conditions(km, turbidity, sun);
+                // a third of the directions, another third at the next node
+                let directions: Vec<_> = evaluation_directions(case.observer_altitude)
+                    .into_iter()
+                    .skip((s + a) % 3)
+                    .step_by(3)
+                    .collect();
+                let [found, expected] = [sky as &dyn SkyModel, &*TRUTH].map(|sky| {
+                    sky.yxy_map(&case, &directions)
+                        .expect("a node is inside the domain")
+                });
+                maps.push(compare_maps(&case, &directions, &expected, &found));
+            }
+        }
+        print!("sun {sun}: ");
+        let pooled = pool(&maps, |_, _| true);
+        assert_eq!(pooled.maps, maps.len());
+        out.push((sun, both(&pooled)));
+    }
+    out
+}
+
+#[test]
+fn tmp_a5() {
+    at_the_nodes(&embedded());
+    let mut grid = Grid::extended().expect("the default grid");
+    let mut suns = grid.sun_zenith_deg.nodes().to_vec();
+    *suns.last_mut().unwrap() += 1e-9;
+    grid.sun_zenith_deg = Axis::new("deg", suns).unwrap();
+    let (lut, _) = bake(
         &*TRUTH,
         &grid,
         Path::new("general"),
         TRUTH.extinction().expect("optics"),
     )
     .expect("a table");
-    assert_eq!(lut.header().shape(), [5, 3, 3]);
-    assert!(sweep.nodes.iter().all(|n| n.channels.len() == 3));
     let sky = UtmSky::new(lut);
-    // the cases of the shipped table, as far as the report's grid reaches
-    let cases = held_out_cases(&nodes(&embedded()), &CLAIMED, CaseCounts::default()).all();
-    let all = evaluate(&*TRUTH, &[&sky], &cases).expect("inside the domain")[0].pooled();
-    assert!(all.negatives > 0, "the known failure is gone: {all:?}");
+    println!("mended:");
+    at_the_nodes(&sky);
+    let cases = held_out_cases(&nodes(&sky), &CLAIMED, CaseCounts::default()).all();
+    both(&evaluate(&*TRUTH, &[&sky], &cases).expect("inside the domain")[0].pooled());
+}
+
+/// Luminance of the shipped table over the engine's.
+fn luminance_ratios(places: &[(Conditions, Vec<SkyDirection>)]) -> Vec<f64> {
+    let sky = embedded();
+    let mut ratios = Vec::new();
+    for (conditions, directions) in places {
+        let ask = |sky: &dyn SkyModel| sky.yxy_map(conditions, directions).expect("inside");
+        let pairs = ask(&sky).into_iter().zip(ask(&*TRUTH));
+        ratios.extend(pairs.map(|(a, b)| a.luminance_cd_m2 / b.luminance_cd_m2));
+    }
+    ratios
+}
+
+fn errors_of(ratios: &[f64]) -> Statistics {
+    let errors: Vec<f64> = ratios.iter().map(|r| relative_error(*r, 1.0)).collect();
+    let found = Statistics::of(&errors).expect("directions");
+    println!("{found:?}");
+    found
+}
+
+/// A direction at an angle from the sun, above the horizon.
+fn beside_the_sun(conditions: &Conditions, off_deg: f64, turn: f64) -> Option<SkyDirection> {
+    let (sin_off, cos_off) = Angle::from_degrees(off_deg).radians().sin_cos();
+    let (sin_turn, cos_turn) = (core::f64::consts::TAU * turn).sin_cos();
+    let (sin_sun, cos_sun) = conditions.sun_zenith.radians().sin_cos();
+    let direction = SkyDirection::from_vector([
+        cos_off * sin_sun + sin_off * cos_turn * cos_sun,
+        sin_off * sin_turn,
+        cos_off * cos_sun - sin_off * cos_turn * sin_sun,
+    ]);
+    let horizon = horizon_zenith(conditions.observer_altitude).degrees();
+    (direction.view_zenith.degrees() < horizon - 0.25).then_some(direction)
+}
+
+/// The 5° that every other figure leaves out: the sun's glare hides them, but not its absence.
+#[test]
+fn close_to_the_sun_the_table_is_no_guess() {
+    let day = Ranges {
+        altitude_km: [0.0, 30.0],
+        turbidity: [1.0, 8.0],
+        sun_zenith_deg: [0.0, 85.0],
+    };
+    let all = day
+        .conditions("close to the sun", 6, 60)
+        .into_iter()
+        .enumerate();
+    let places: Vec<_> = all
+        .map(|(i, c)| {
+            let i = u32::try_from(i).expect("few");
+            let around = (0..20).filter_map(|k| {
+                let off = 5.0 * (f64::from(k) / 19.0);
+                beside_the_sun(&c, off, random("turn", [i, k]))
+            });
+            (c, around.collect())
+        })
+        .collect();
+    let errors = errors_of(&luminance_ratios(&places));
+    assert!(errors.count >= 1100 && errors.p95 < 0.07, "{errors:?}");
+}
+
+/// Toward a sun that is down, from 5 to 29 km, between two heights above the horizon \[deg\].
+fn glow(seed: &str, above_deg: [f64; 2]) -> Vec<(Conditions, Vec<SkyDirection>)> {
+    let twilight = Ranges {
+        altitude_km: [5.0, 29.0],
+        turbidity: [1.0, 8.0],
+        sun_zenith_deg: [93.0, 95.5],
+    };
+    let all = twilight.conditions(seed, 6, 60).into_iter().enumerate();
+    all.map(|(i, c)| {
+        let i = u32::try_from(i).expect("few");
+        let horizon = horizon_zenith(c.observer_altitude).degrees();
+        let directions = (0..10).map(|k| {
+            let up = between(above_deg, f64::from(k) / 9.0);
+            SkyDirection::from_degrees(horizon - up, 10.0 * random("azimuth", [i, k]))
+        });
+        (c, directions.collect())
+    })
+    .collect()
+}
+
+/// The brightest part of a twilight seen from altitude: toward the sun, 1 to 5° above the horizon.
+#[test]
+fn the_glow_of_a_sun_below_the_horizon_is_as_bright_as_it_should() {
+    let errors = errors_of(&luminance_ratios(&glow("glow", [1.0, 5.0])));
+    assert!(errors.median < 0.045 && errors.p95 < 0.155, "{errors:?}");
+    assert!(errors.max < 0.415, "{errors:?}");
+}
+
+/// In the last half degree the Earth's shadow cuts the glow.
+#[test]
+fn at_the_rim_of_the_glow_the_table_is_off_by_a_known_factor() {
+    let ratios = luminance_ratios(&glow("rim", [0.02, 0.5]));
+    let factors: Vec<f64> = ratios.iter().map(|r| r.max(1.0 / r)).collect();
+    let factor = Statistics::of(&factors).expect("directions");
+    println!("{factor:?}");
+    assert!(factor.max < 3.0, "{factor:?}");
 }
 
 #[test]
@@ -187,33 +288,49 @@ fn outside_its_domain_the_table_refuses() {
     }
 }
 
+/// Just below and above every inner node of every axis, the others at random; left and right.
 #[test]
 fn nodes_join_without_a_step_and_left_equals_right() {
     let sky = embedded();
-    let light = |c: &Conditions, azimuth: f64| {
-        sky.yxy_map(c, &[SkyDirection::from_degrees(70.0, azimuth)])
+    let nodes = nodes(&sky);
+    let light = |[km, turbidity, sun]: [f64; 3], zenith: f64, azimuth: f64| {
+        let direction = SkyDirection::from_degrees(zenith, azimuth);
+        sky.yxy_map(&conditions(km, turbidity, sun), &[direction])
             .expect("inside")[0]
     };
-    for (below, above) in [
-        (
-            conditions(3.499_999, 2.5, 71.0),
-            conditions(3.500_001, 2.5, 71.0),
-        ),
-        (
-            conditions(2.2, 1.999_999, 71.0),
-            conditions(2.2, 2.000_001, 71.0),
-        ),
-        (
-            conditions(2.2, 2.5, 89.999_999),
-            conditions(2.2, 2.5, 90.000_001),
-        ),
-    ] {
-        let (a, b) = (light(&below, 40.0), light(&above, 40.0));
-        assert!(
-            (a.luminance_cd_m2 / b.luminance_cd_m2 - 1.0).abs() < 1e-4,
-            "{a:?} {b:?}"
-        );
-        let (l, r) = (light(&below, 40.0), light(&below, -40.0));
-        assert!((l.luminance_cd_m2 / r.luminance_cd_m2 - 1.0).abs() < 1e-5);
+    let mut joins = 0;
+    for (axis, list) in [&nodes.altitude_km, &nodes.turbidity, &nodes.sun_zenith_deg]
+        .into_iter()
+        .enumerate()
+    {
+        for (n, node) in list[1..list.len() - 1].iter().enumerate() {
+            for k in 0..40 {
+                let place = u32::try_from(100 * n + k).expect("few");
+                let share = |dimension: u32| random("joins", [place, dimension]);
+                let mut here = [
+                    30.0 * share(0).powi(2),
+                    8.0_f64.powf(share(1)),
+                    96.0 * share(2),
+                ];
+                let beside = [-1e-7, 1e-7].map(|off| {
+                    here[axis] = node + off;
+                    here
+                });
+                let zenith = horizon_zenith(Length::from_km(here[0])).degrees() * share(3);
+                let azimuth = 180.0 * share(4);
+                let [below, above] = beside.map(|b| light(b, zenith, azimuth));
+                let mirrored = light(beside[1], zenith, -azimuth);
+                for (other, limit) in [(below, 1e-4), (mirrored, 1e-5)] {
+                    let step = (other.luminance_cd_m2 / above.luminance_cd_m2 - 1.0).abs();
+                    let color = (other.x - above.x).abs().max((other.y - above.y).abs());
+                    assert!(
+                        step < limit && color < limit,
+                        "{here:?} {zenith} {azimuth}: {above:?} {other:?}"
+                    );
+                }
+                joins += 1;
+            }
+        }
     }
+    assert_eq!(joins, 40 * (11 + 4 + 10));
 }
