@@ -193,13 +193,7 @@ fn crates_know_only_whom_they_may() {
 fn a_simulator_links_the_core_and_little_else() {
     // What sky-core links is what every simulator links: a package more is a decision.
     let manifest = manifest(&root().join("crates/sky-core/Cargo.toml"));
-    let expected = [
-        "serde",
-        "serde_json",
-        "solar-positioning",
-        "thiserror",
-    ]
-    .map(str::to_owned);
+    let expected = ["serde", "serde_json", "solar-positioning", "thiserror"].map(str::to_owned);
     assert_eq!(packages(&manifest, &LINKED), BTreeSet::from(expected));
 }
 

@@ -8,7 +8,8 @@ use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
 use sky_core::extended::angle;
 use sky_core::lut::Interpolation;
-use sky_core::utm_sky::{Formula, UtmSky, perez};
+use sky_core::utm_sky::{Formula, UtmSky};
+use sky_science::perez_sky::perez;
 use sky_science::shader_sky::{ShaderFrame, ShaderSky};
 use sky_science::sky_model::SkyModel;
 
