@@ -4,9 +4,9 @@ use sky_core::color::Yxy;
 use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
 use sky_core::lut::{Form, Lut};
-use sky_core::utm_sky::{TableError, UtmSky};
+use sky_core::utm_sky::{SkyFrame, TableError, UtmSky};
 
-use crate::perez_sky::PerezSky;
+use crate::perez_sky::{PerezFrame, PerezSky};
 use crate::sky_model::SkyModel;
 
 /// The sky of a table, whatever its form.
@@ -16,6 +16,15 @@ pub enum TableSky {
     Utm(Box<UtmSky>),
     /// A Perez form, for comparison.
     Perez(Box<PerezSky>),
+}
+
+/// The sky of a table for one observer, haze and sun.
+#[derive(Clone, Debug)]
+pub enum TableFrame {
+    /// What the runtime draws.
+    Utm(Box<SkyFrame>),
+    /// A Perez form.
+    Perez(Box<PerezFrame>),
 }
 
 impl TableSky {
@@ -50,11 +59,43 @@ impl TableSky {
         }
     }
 
+    /// Gathers what depends on observer, haze and sun.
+    ///
+    /// # Errors
+    /// When the conditions lie outside the table's domain.
+    pub fn frame(&self, conditions: &Conditions) -> Result<TableFrame, OutsideDomain> {
+        match self {
+            Self::Utm(sky) => sky
+                .frame(conditions)
+                .map(|frame| TableFrame::Utm(Box::new(frame))),
+            Self::Perez(sky) => sky
+                .frame(conditions)
+                .map(|frame| TableFrame::Perez(Box::new(frame))),
+        }
+    }
+
     fn model(&self) -> &dyn SkyModel {
         match self {
             Self::Utm(sky) => &**sky,
             Self::Perez(sky) => &**sky,
         }
+    }
+}
+
+impl TableFrame {
+    /// The light from a direction, `None` below the geometric horizon.
+    #[must_use]
+    pub fn yxy(&self, direction: &SkyDirection) -> Option<Yxy> {
+        match self {
+            Self::Utm(frame) => frame.yxy(direction),
+            Self::Perez(frame) => frame.yxy(direction),
+        }
+    }
+}
+
+impl From<UtmSky> for TableSky {
+    fn from(sky: UtmSky) -> Self {
+        Self::Utm(Box::new(sky))
     }
 }
 
