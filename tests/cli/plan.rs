@@ -231,7 +231,7 @@ fn a_plan_is_baked_and_refuses_what_lies_outside() {
     refuse(
         directory.path(),
         &format!("{hazy} --altitude-km 0.2 --sun-zenith-deg 30"),
-        &["turbidity", "outside"],
+        &["visual range [km]: 20 is outside"],
     );
     // what draws pictures takes the table, or the plan itself, and draws it as planned
     assert_eq!(
