@@ -57,7 +57,7 @@ impl pulp::NullaryFnOnce for FanSweep<'_> {
             let columns = self.locate(stop);
             self.fold(stop, &columns);
             self.add_air(k, &columns);
-            if k == last && !self.template.ground.is_empty() {
+            if k == last && self.template.ends_on_ground {
                 self.add_ground(&columns);
             }
         }
@@ -254,7 +254,7 @@ impl FanSweep<'_> {
             for (i, radiance) in rays.chunks_exact_mut(vectors).enumerate() {
                 let rows = self.source.field.ground_irradiance.chunks_exact(all);
                 for ((out, through), row) in
-                    radiance.iter_mut().zip(&self.template.ground).zip(rows)
+                    radiance.iter_mut().zip(&self.template.through).zip(rows)
                 {
                     let mut irradiance = ZERO;
                     for side in 0..2 {
