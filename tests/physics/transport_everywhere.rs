@@ -9,8 +9,8 @@
 
 use sky_core::direction::SkyDirection;
 use sky_core::haze::Haze;
-use sky_core::metrics;
 use sky_core::quantity::{Angle, EARTH_RADIUS_KM, Length};
+use sky_science::metrics;
 use sky_sim::optics::{OpticalProfile, OpticsSettings};
 use sky_sim::profile::AtmosphereProfile;
 use sky_sim::transport::{
