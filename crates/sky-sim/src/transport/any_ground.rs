@@ -7,11 +7,12 @@
 //! the ground is lit evenly; near the terminator it is an interpolation in A, see
 //! `tests/physics/transport_everywhere.rs` for how good a one.
 
+use super::air::Air;
 use super::diffuse::{FieldLight, Series};
 use super::field::Source;
 use super::lanes::Lanes;
+use super::settings::{TransportError, TransportSettings, check_albedo};
 use super::view::{Eye, Seen, Sight};
-use super::{Air, Transport, TransportError, TransportSettings};
 use crate::optics::OpticalProfile;
 use sky_core::quantity::{Angle, Length};
 
@@ -179,8 +180,8 @@ impl LightParts {
         surroundings_albedo: f64,
         seen_albedo: f64,
     ) -> Result<Vec<f64>, TransportError> {
-        Transport::check(surroundings_albedo)?;
-        Transport::check(seen_albedo)?;
+        check_albedo(surroundings_albedo)?;
+        check_albedo(seen_albedo)?;
         let shares: Vec<f64> = self
             .spherical_albedo
             .iter()

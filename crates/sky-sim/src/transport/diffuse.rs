@@ -2,14 +2,14 @@
 //! successive orders of scattering.
 
 use super::fan::{FanScratch, FanSweep};
-use super::field::{Field, Grid, Harmonics, Shape, Source, as_f64};
+use super::field::{Field, Grid, HIGHEST_DEGREE, Harmonics, Shape, Source, as_f64};
 use super::lanes::{Lanes, WIDTH, ZERO, add_scaled, lane};
 use super::medium::{LevelFinder, Medium};
-use super::path::{Path, Ray, Sampling, Steps};
+use super::path::{Path, Ray, Sampling, Steps, VIEW_SAMPLING, VIEW_SHELLS};
+use super::settings::{TransportError, TransportSettings};
 use super::sun::SunPlace;
 use super::sunlit::Sunlit;
 use super::template::{Readings, Template};
-use super::{HIGHEST_DEGREE, TransportError, TransportSettings, VIEW_SAMPLING, VIEW_SHELLS};
 use crate::phase;
 use crate::quadrature::gauss_legendre;
 use rayon::prelude::*;

@@ -4,8 +4,7 @@
 //! local sun differ. So the source at a stop is summed over the degree of the harmonics once for all
 //! of them, which leaves each ray a short sum over their order.
 
-use super::HIGHEST_DEGREE;
-use super::field::{Grid, Harmonics, Shape, Source};
+use super::field::{Grid, HIGHEST_DEGREE, Harmonics, Shape, Source};
 use super::lanes::{Lanes, WIDTH, ZERO, acos, add_positive, add_scaled, exp, lane};
 use super::path::Ray;
 use super::template::{Stop, Template};

@@ -155,6 +155,9 @@ impl Grid {
     }
 }
 
+/// Harmonics beyond this degree are not used.
+pub(super) const HIGHEST_DEGREE: usize = 12;
+
 /// Beyond this local sun zenith angle single scattering ends within the grid's columns.
 const LAST_SMOOTH_COLUMN_DEG: f64 = 95.0;
 

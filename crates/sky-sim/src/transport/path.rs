@@ -48,6 +48,17 @@ pub(super) struct Sampling {
     pub(super) opaque: f64,
 }
 
+/// Thickest segment of an observer's path, as a fraction of (altitude + 4 km).
+pub(super) const VIEW_SHELLS: f64 = 0.2;
+
+/// Sampling of an observer's rays.
+pub(super) const VIEW_SAMPLING: Sampling = Sampling {
+    depth: 0.8,
+    rise: 0.4,
+    turn: 0.01,
+    opaque: 14.0,
+};
+
 /// Where segments end, and how finely they are sampled.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Steps<'a> {

@@ -1,10 +1,10 @@
 //! What an eye sees: light gathered along lines of sight through a solved atmosphere.
 
+use super::air::Air;
 use super::diffuse::{FieldLight, Scratch};
-use super::lanes::ZERO;
-use super::path::{Path, Ray, Steps};
+use super::lanes::{Lanes, ZERO};
+use super::path::{Path, Ray, Steps, VIEW_SAMPLING};
 use super::template::Template;
-use super::{Air, VIEW_SAMPLING};
 use rayon::prelude::*;
 use sky_core::direction::SkyDirection;
 use sky_core::quantity::{Angle, EARTH_RADIUS_KM, Length};
@@ -187,7 +187,7 @@ impl Air {
             radiance.fill(ZERO);
             self.direct
                 .add_sunlight(ray, template, reflectance, &mut scratch.sun, &mut radiance);
-            let spectrum = |lanes: &[super::lanes::Lanes]| {
+            let spectrum = |lanes: &[Lanes]| {
                 let lanes: Vec<f64> = lanes
                     .iter()
                     .flatten()
