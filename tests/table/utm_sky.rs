@@ -22,6 +22,7 @@ use sky_core::utm_sky::{EMBEDDED_LUT, UtmSky};
 use sky_fit::sweep::Grid;
 use sky_science::metrics::{Statistics, relative_error};
 use sky_science::sky_model::SkyModel;
+use sky_science::table_sky::TableSky;
 
 use crate::cases::{Ranges, between, random};
 use crate::truth::TRUTH;
@@ -76,7 +77,7 @@ static BETWEEN_NODES: LazyLock<[Pooled; 2]> = LazyLock::new(|| {
     let (lut, sweep) = bake(&*TRUTH, &grid, Path::new("general"), air).expect("a table");
     assert_eq!(lut.header().shape(), [5, 3, 3]);
     assert!(sweep.nodes.iter().all(|n| n.channels.len() == 3));
-    let (ours, report) = (embedded(), UtmSky::new(lut));
+    let (ours, report) = (embedded(), TableSky::new(lut).expect("a sky"));
     let cases = held_out_cases(&nodes(&ours), &CLAIMED, CaseCounts::default()).all();
     let found = evaluate(&*TRUTH, &[&ours, &report], &cases).expect("inside the domain");
     [found[0].pooled(), found[1].pooled()]
@@ -152,7 +153,7 @@ fn tmp_a5() {
         TRUTH.extinction().expect("optics"),
     )
     .expect("a table");
-    let sky = UtmSky::new(lut);
+    let sky = UtmSky::new(lut).expect("a sky");
     println!("mended:");
     at_the_nodes(&sky);
     let cases = held_out_cases(&nodes(&sky), &CLAIMED, CaseCounts::default()).all();
