@@ -87,7 +87,8 @@ fi
 
 if have clippy clippy; then
     say "lints"
-    cargo clippy --workspace --all-targets --locked -- -D warnings
+    # of the release profile, so that what macros and build scripts need is built once for both
+    cargo clippy --workspace --all-targets --release --locked -- -D warnings
 else
     skipped+=("lints (no clippy)")
 fi

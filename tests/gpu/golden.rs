@@ -22,11 +22,12 @@ use std::path::{Path, PathBuf};
 
 use sky_cli::args::SceneKind;
 use sky_cli::evaluate::conditions;
-use sky_cli::render::{Painter, Pixels, Shot, facing, file_bytes, looking};
+use sky_cli::render::{Pixels, Shot, facing, file_bytes, looking};
 use sky_core::quantity::Angle;
 use sky_core::tonemap::Tone;
-use sky_core::utm_sky::UtmSky;
 use sky_gpu::{Camera, Dome, Projection, Tier};
+
+use crate::gpu::painter;
 
 /// Largest difference of a channel, in steps of 8 bits: software drivers differ by 1 among themselves,
 /// and the dither turns a last bit into a step.
@@ -150,8 +151,8 @@ struct Picture {
 }
 
 impl Picture {
-    fn drawn(painter: &mut Painter, shot: &Shot) -> Self {
-        match painter.draw(shot).expect("a picture") {
+    fn drawn(shot: &Shot) -> Self {
+        match painter().draw(shot).expect("a picture") {
             Pixels::Srgb8(bytes) => Self {
                 size: shot.size,
                 bytes,
@@ -233,11 +234,9 @@ fn blessing(bless: Option<&OsStr>, ci: Option<&OsStr>) -> Result<bool, &'static 
 fn pictures_are_those_that_were_kept() {
     let [bless, ci] = ["UTM_SKY_BLESS", "CI"].map(std::env::var_os);
     let bless = blessing(bless.as_deref(), ci.as_deref()).unwrap_or_else(|e| panic!("{e}"));
-    let mut painter = Painter::new(UtmSky::embedded().expect("the table"))
-        .unwrap_or_else(|error| panic!("{error}"));
     let mut wrong = Vec::new();
     for golden in goldens() {
-        let found = Picture::drawn(&mut painter, &golden.shot());
+        let found = Picture::drawn(&golden.shot());
         let path = references().join(golden.file());
         if bless {
             found.write(&path);

@@ -10,3 +10,7 @@ mod twins;
 
 #[path = "../support/cases.rs"]
 mod cases;
+#[path = "../support/gpu.rs"]
+mod gpu;
+#[path = "../support/truth.rs"]
+mod truth;

@@ -10,9 +10,7 @@ use sky_cli::evaluate::{
     CaseCounts, Evaluation, LOWEST_RING_ABOVE_HORIZON_DEG, MapErrors, Nodes, compare_maps,
     held_out_cases,
 };
-use sky_cli::generate::MAP_STEP_NM;
-use sky_cli::render::{Painter, Pixels, Shot, facing, looking};
-use sky_cli::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
+use sky_cli::render::{Pixels, Shot, facing, looking};
 use sky_core::color::Yxy;
 use sky_core::color::{LinearSrgb, xyz_from_linear_srgb, yxy_from_xyz};
 use sky_core::conditions::{Conditions, Domain};
@@ -22,8 +20,9 @@ use sky_core::utm_sky::UtmSky;
 use sky_gpu::{Camera, Projection, Tier};
 use sky_science::metrics::Statistics;
 use sky_science::sky_model::SkyModel;
-use sky_sim::optics::OpticsSettings;
-use sky_sim::profile::AtmosphereProfile;
+
+use crate::gpu::painter;
+use crate::truth::TRUTH;
 
 /// Where the figures of accuracy are asked for.
 const CLAIMED: Domain = Domain {
@@ -104,8 +103,8 @@ fn directions(shot: &Shot) -> Vec<(usize, SkyDirection)> {
         .collect()
 }
 
-fn drawn(painter: &mut Painter, shot: &Shot) -> Vec<Yxy> {
-    match painter.draw(shot).expect("a picture") {
+fn drawn(shot: &Shot) -> Vec<Yxy> {
+    match painter().draw(shot).expect("a picture") {
         Pixels::Linear(values) => values
             .chunks_exact(3)
             .map(|p| {
@@ -130,13 +129,6 @@ fn pooled(maps: Vec<MapErrors>) -> Statistics {
 #[test]
 fn pixels_meet_the_transport_engine_as_the_evaluator_does() {
     let sky = UtmSky::embedded().expect("the table");
-    let truth = TransportSky::new(
-        AtmosphereProfile::general(),
-        OpticsSettings::with_step_nm(MAP_STEP_NM).expect("a step"),
-        DEFAULT_GROUND_ALBEDO,
-    )
-    .expect("the truth");
-    let mut painter = Painter::new(sky.clone()).unwrap_or_else(|error| panic!("{error}"));
     let cases = cases(&sky);
     assert_eq!(cases.len(), 2 * CASES_OF_A_TURBIDITY);
     let tiers = [("fragment", Tier::Fragment), ("baked", Tier::Baked)];
@@ -146,7 +138,7 @@ fn pixels_meet_the_transport_engine_as_the_evaluator_does() {
         let places = shots.each_ref().map(directions);
         let directions: Vec<_> = places.iter().flatten().map(|(_, d)| *d).collect();
         assert!(directions.len() > 150);
-        let expected = truth.yxy_map(case, &directions).expect("inside the domain");
+        let expected = TRUTH.yxy_map(case, &directions).expect("inside the domain");
         let evaluated = sky.yxy_map(case, &directions).expect("inside the domain");
         by_cpu.push(compare_maps(case, &directions, &expected, &evaluated));
         let mut told = String::new();
@@ -159,7 +151,7 @@ fn pixels_meet_the_transport_engine_as_the_evaluator_does() {
                         tier: *tier,
                         ..shot.clone()
                     };
-                    let picture = drawn(&mut painter, &shot);
+                    let picture = drawn(&shot);
                     places
                         .iter()
                         .map(move |(i, _)| picture[*i])

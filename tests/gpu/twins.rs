@@ -6,28 +6,23 @@
     reason = "the measured figures are part of the test's answer"
 )]
 
-use std::sync::{LazyLock, Mutex};
+use std::sync::LazyLock;
 
 use crate::cases::{Ranges, random};
+use crate::gpu::{SKY, painter};
 use sky_cli::evaluate::conditions;
-use sky_cli::render::{Painter, Pixels, Shot, draw_on_cpu, facing, looking};
+use sky_cli::render::{Pixels, Shot, draw_on_cpu, facing, looking};
 use sky_core::color::Yxy;
 use sky_core::color::{LinearSrgb, xyz_from_linear_srgb, yxy_from_xyz};
 use sky_core::haze::Haze;
 use sky_core::picture::Picture;
 use sky_core::quantity::{Angle, Length};
-use sky_core::utm_sky::UtmSky;
 use sky_gpu::headless::Headless;
 use sky_gpu::{Camera, Dome, Projection, SkyFrame, SkyRenderer, Tier};
 use sky_science::metrics::{ciede2000_of_lights, white_luminance};
 
 static GPU: LazyLock<Headless> =
     LazyLock::new(|| Headless::new().unwrap_or_else(|error| panic!("{error}")));
-static PAINTER: LazyLock<Mutex<Painter>> = LazyLock::new(|| {
-    let painter = Painter::new(SKY.clone()).unwrap_or_else(|error| panic!("{error}"));
-    Mutex::new(painter)
-});
-static SKY: LazyLock<UtmSky> = LazyLock::new(|| UtmSky::embedded().expect("the table"));
 
 fn shot(altitude_km: f64, turbidity: f64, sun_deg: f64, camera: Camera) -> Shot {
     Shot {
@@ -65,8 +60,7 @@ fn cameras() -> [(&'static str, Camera); 3] {
 }
 
 fn on_gpu(shot: &Shot) -> Pixels {
-    let mut painter = PAINTER.lock().expect("no test has panicked while drawing");
-    painter.draw(shot).expect("a picture")
+    painter().draw(shot).expect("a picture")
 }
 
 fn linear(pixels: &Pixels) -> Vec<[f32; 3]> {
