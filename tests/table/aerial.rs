@@ -5,7 +5,6 @@
     reason = "the measured figures are part of the test's answer"
 )]
 
-use sky_cli::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
 use sky_core::aerial::{AerialFrame, AerialPath, path_meets_ground};
 use sky_core::color::{ColorWeights, LinearSrgb, xyz_from_linear_srgb};
 use sky_core::direction::SkyDirection;
@@ -15,6 +14,7 @@ use sky_core::quantity::{Angle, EARTH_RADIUS_KM, Length};
 use sky_core::sky_model::Conditions;
 use sky_core::spectrum::Spectrum;
 use sky_core::utm_sky::UtmSky;
+use sky_eval::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
 use sky_sim::optics::{OpticalProfile, OpticsSettings};
 use sky_sim::profile::AtmosphereProfile;
 use sky_sim::solar::SolarSpectrum;
