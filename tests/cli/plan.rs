@@ -6,8 +6,8 @@ use std::sync::OnceLock;
 
 use crate::support::{names, refuse, succeed};
 use sky_cli::io::plan::load_scene;
+use sky_core::conditions::Domain;
 use sky_core::lut::Lut;
-use sky_core::sky_model::Domain;
 use sky_core::utm_sky::UtmSky;
 use sky_eval::constituents::Part;
 use sky_eval::profiles::NamedProfile;

@@ -6,11 +6,10 @@
     reason = "the measured figures are part of the test's answer"
 )]
 
-use sky_core::color::{LinearSrgb, xyz_from_linear_srgb, yxy_from_xyz};
+use sky_core::color::{LinearSrgb, Yxy, xyz_from_linear_srgb, yxy_from_xyz};
+use sky_core::conditions::{Conditions, Domain};
 use sky_core::direction::SkyDirection;
 use sky_core::quantity::Angle;
-use sky_core::shader_sky::ShaderSky;
-use sky_core::sky_model::{Conditions, Domain, Yxy};
 use sky_eval::cases::conditions;
 use sky_eval::models::{all, answers, general_truth};
 use sky_eval::progress::Silent;
@@ -19,6 +18,7 @@ use sky_gpu::{Camera, Tier};
 use sky_render::Scenery;
 use sky_render::published::{PUBLISHED_SCALE, published};
 use sky_render::{Shot, looking};
+use sky_science::shader_sky::ShaderSky;
 
 const SIZE: [u32; 2] = [16, 12];
 /// Directions this close to where a model's sky ends are left out: a last bit decides on which side

@@ -4,8 +4,7 @@
 use std::thread;
 
 use glam::Vec3;
-use sky_core::extended::single;
-use sky_core::quantity::{Angle, Length};
+use sky_core::quantity::{Angle, Length, single};
 use sky_core::tonemap::luminance;
 use sky_core::utm_sky::UtmSky;
 use sky_eval::cases::conditions;

@@ -6,11 +6,10 @@
     reason = "the measured figures are part of the test's answer"
 )]
 
-use sky_core::color::{LinearSrgb, xyz_from_linear_srgb, yxy_from_xyz};
+use sky_core::color::{LinearSrgb, Yxy, xyz_from_linear_srgb, yxy_from_xyz};
+use sky_core::conditions::{Conditions, Domain};
 use sky_core::direction::{SkyDirection, horizon_zenith};
-use sky_core::metrics::Statistics;
 use sky_core::quantity::Angle;
-use sky_core::sky_model::{Conditions, Domain, SkyModel, Yxy};
 use sky_core::utm_sky::UtmSky;
 use sky_eval::bake::MAP_STEP_NM;
 use sky_eval::cases::{CaseCounts, LOWEST_RING_ABOVE_HORIZON_DEG, Nodes, held_out_cases};
@@ -18,6 +17,8 @@ use sky_eval::score::{Evaluation, MapErrors, compare_maps};
 use sky_eval::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
 use sky_gpu::{Camera, Projection, Tier};
 use sky_render::{Painter, Pixels, Shot, facing, looking};
+use sky_science::metrics::Statistics;
+use sky_science::sky_model::SkyModel;
 use sky_sim::optics::OpticsSettings;
 use sky_sim::profile::AtmosphereProfile;
 

@@ -3,9 +3,10 @@
 
 use std::sync::Arc;
 
+use sky_core::color::Yxy;
+use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
 use sky_core::quantity::{Angle, Length};
-use sky_core::sky_model::{Conditions, Domain, OutsideDomain, SkyModel, Yxy};
 use sky_eval::cases::{CaseCounts, Nodes, conditions, evaluation_directions, held_out_cases};
 use sky_eval::ledger::{ALTITUDES_KM, SUNS_DEG, Seen};
 use sky_eval::report::input::{
@@ -14,6 +15,7 @@ use sky_eval::report::input::{
 use sky_eval::report::{ReportFiles, SECTIONS, appendix_a, build, wavelengths};
 use sky_eval::score::{evaluate, pool};
 use sky_eval::truth::{SmartsSkyModel, TransportSky};
+use sky_science::sky_model::SkyModel;
 use sky_sim::optics::OpticsSettings;
 use sky_sim::profile::AtmosphereProfile;
 use sky_sim::transport::TransportSettings;

@@ -3,10 +3,9 @@
 use std::sync::LazyLock;
 
 use sky_core::axis::Axis;
+use sky_core::conditions::{Conditions, Domain};
 use sky_core::direction::{SkyDirection, horizon_zenith};
-use sky_core::metrics::{Statistics, relative_error};
 use sky_core::quantity::Length;
-use sky_core::sky_model::{Conditions, Domain, SkyModel};
 use sky_core::utm_sky::{EMBEDDED_LUT, UtmSky};
 use sky_eval::bake::{MAP_STEP_NM, bake};
 use sky_eval::cases::{CaseCounts, Nodes, conditions, held_out_cases};
@@ -15,6 +14,8 @@ use sky_eval::progress::Silent;
 use sky_eval::score::evaluate;
 use sky_eval::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
 use sky_fit::sweep::Grid;
+use sky_science::metrics::{Statistics, relative_error};
+use sky_science::sky_model::SkyModel;
 use sky_sim::optics::OpticsSettings;
 use sky_sim::profile::AtmosphereProfile;
 

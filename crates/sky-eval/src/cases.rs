@@ -1,9 +1,9 @@
 //! The cases that skies are compared at: conditions between the nodes of a table, spread over a domain
 //! or random, and the directions of each. The same arguments give the same cases.
 
+use sky_core::conditions::{Conditions, Domain};
 use sky_core::direction::{SkyDirection, horizon_zenith};
 use sky_core::quantity::{Angle, Length};
-use sky_core::sky_model::{Conditions, Domain};
 
 use crate::dice::Dice;
 

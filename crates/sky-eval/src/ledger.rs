@@ -1,10 +1,12 @@
 //! The term ledger: what the sky would lose without each thing that is modeled, and where.
 
 use anyhow::Result;
+use sky_core::color::Yxy;
+use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::{SkyDirection, horizon_zenith};
 use sky_core::quantity::{Angle, Length};
-use sky_core::sky_model::{Conditions, Domain, OutsideDomain, SkyModel, Yxy};
 use sky_core::utm_sky::{Formula, UtmSky};
+use sky_science::sky_model::SkyModel;
 use sky_sim::plane_parallel;
 use sky_sim::profile::AtmosphereProfile;
 use sky_sim::transport::TransportSettings;

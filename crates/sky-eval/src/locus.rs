@@ -2,7 +2,7 @@
 
 use core::ops::RangeInclusive;
 
-use sky_core::color::color_matching_functions;
+use sky_science::cie::color_matching_functions;
 
 /// The chromaticities x, y of monochromatic lights at whole wavelengths \[nm\].
 pub fn spectral_colors(wavelengths_nm: RangeInclusive<u16>) -> impl Iterator<Item = [f64; 2]> {

@@ -4,11 +4,12 @@ use std::fmt;
 
 use anyhow::{Result, anyhow};
 use sky_baselines::Baseline;
+use sky_core::conditions::{Conditions, Domain};
 use sky_core::direction::SkyDirection;
-use sky_core::shader_sky::ShaderSky;
-use sky_core::sky_model::{Conditions, Domain, SkyModel};
 use sky_core::utm_sky::{EMBEDDED_LUT, UtmSky};
 use sky_fit::sweep::Grid;
+use sky_science::shader_sky::ShaderSky;
+use sky_science::sky_model::SkyModel;
 use sky_sim::optics::OpticsSettings;
 use sky_sim::profile::AtmosphereProfile;
 

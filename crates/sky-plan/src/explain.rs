@@ -1,14 +1,15 @@
 //! What a constituent of the air is worth to a scene: figures, and the picture without it.
 
 use anyhow::Result;
-use sky_core::metrics::{ciede2000_of_lights, white_luminance};
-use sky_core::sky_model::{Conditions, Domain, SkyModel as _};
+use sky_core::conditions::{Conditions, Domain};
 use sky_eval::cases::{conditions, evaluation_directions, pooled_conditions};
 use sky_eval::constituents::{Part, whole_truth, without};
 use sky_eval::ledger::Seen;
 use sky_eval::picture;
 use sky_eval::score::{Case, cases, other_skies, score};
 use sky_eval::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
+use sky_science::metrics::{ciede2000_of_lights, white_luminance};
+use sky_science::sky_model::SkyModel as _;
 use sky_sim::profile::AtmosphereProfile;
 
 use crate::scene::Scene;

@@ -3,10 +3,11 @@
 
 use anyhow::{Result, anyhow, bail};
 use sky_core::aerial::AerialFrame;
-use sky_core::extended::{TERMS, single};
+use sky_core::color::Yxy;
+use sky_core::conditions::Domain;
+use sky_core::extended::TERMS;
 use sky_core::lut::{FitStatistics, Lut, LutHeader, Storage};
-use sky_core::quantity::Angle;
-use sky_core::sky_model::{Domain, SkyModel, Yxy};
+use sky_core::quantity::{Angle, single};
 use sky_core::utm_sky::UtmSky;
 use sky_eval::cases::{pooled_conditions, random_conditions};
 use sky_eval::constituents::{SWITCHES, WHOLE_STEP_NM, names, truth, whole_truth};
@@ -15,6 +16,7 @@ use sky_eval::score::{Case, Score, cases, other_skies, score, score_of};
 use sky_eval::stopwatch::Stopwatch;
 use sky_eval::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
 use sky_fit::sweep::{Grid, MapEquations, SkyMap, fit_turbidity};
+use sky_science::sky_model::SkyModel;
 use sky_sim::optics::Constituents;
 use sky_sim::profile::AtmosphereProfile;
 

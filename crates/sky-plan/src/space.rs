@@ -10,8 +10,8 @@ use std::collections::BTreeMap;
 use anyhow::{Context as _, Result};
 use rayon::prelude::*;
 use sky_core::axis::Axis;
+use sky_core::conditions::Domain;
 use sky_core::lut::Form;
-use sky_core::sky_model::Domain;
 use sky_eval::truth::TransportSky;
 use sky_fit::sweep::{MapEquations, SkyMap};
 

@@ -1,8 +1,7 @@
 //! Where a camera looks: directions east, north, up from azimuths clockwise from north.
 
 use glam::{Mat3, Vec3};
-use sky_core::extended::single;
-use sky_core::quantity::Angle;
+use sky_core::quantity::{Angle, single};
 
 /// Whole numbers of pixels as a number.
 #[must_use]

@@ -3,10 +3,10 @@
 use anyhow::Result;
 use glam::Vec3;
 use rayon::prelude::*;
+use sky_core::conditions::Conditions;
 use sky_core::haze::Haze;
 use sky_core::picture::Picture;
 use sky_core::quantity::Angle;
-use sky_core::sky_model::Conditions;
 use sky_core::tonemap::{Tone, exposure_from_ev100};
 use sky_core::utm_sky::UtmSky;
 use sky_gpu::headless::{Headless, check_size};

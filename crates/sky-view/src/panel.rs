@@ -1,8 +1,8 @@
 //! The panel over the picture: everything that can be set, and what the frame costs.
 
 use egui::{Color32, ComboBox, Grid, RichText, Slider, SliderClamping, Ui};
+use sky_core::conditions::Domain;
 use sky_core::quantity::{Angle, Length};
-use sky_core::sky_model::Domain;
 use sky_core::solar_position::{GeoPlace, SunPosition, UtcTime};
 use sky_core::tonemap::Tone;
 use sky_gpu::Tier;

@@ -5,11 +5,10 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Result, anyhow, bail};
 use glam::Mat4;
-use sky_core::extended::single;
+use sky_core::conditions::{Conditions, Domain};
 use sky_core::haze::Haze;
 use sky_core::lut::Lut;
-use sky_core::quantity::Angle;
-use sky_core::sky_model::{Conditions, Domain};
+use sky_core::quantity::{Angle, single};
 use sky_core::solar_position::SunPosition;
 use sky_core::utm_sky::UtmSky;
 use sky_gpu::screen::{Screen, ScreenError};

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use clap::Args;
+use sky_core::conditions::Conditions;
 use sky_core::haze::Haze;
 use sky_core::lut::Lut;
 use sky_core::quantity::Angle;
-use sky_core::sky_model::Conditions;
 use sky_eval::atlas::page;
 use sky_eval::atlas::panorama::{self, Panorama};
 use sky_eval::atlas::rows::{Chapter, csv};

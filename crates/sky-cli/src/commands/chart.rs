@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
+use sky_core::conditions::Conditions;
 use sky_core::quantity::Angle;
-use sky_core::sky_model::Conditions;
 use sky_eval::cases::conditions;
 use sky_eval::chart::measure::{chart_cases, chosen, rows};
 use sky_eval::chart::rows::GpuCosts;

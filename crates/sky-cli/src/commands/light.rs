@@ -4,8 +4,8 @@ use anyhow::{Result, anyhow};
 use clap::{ArgGroup, Args};
 use serde_json::{Value, json};
 use sky_core::color::{LinearSrgb, xyz_from_linear_srgb, yxy_from_xyz};
-use sky_core::extended::single;
 use sky_core::picture::Picture;
+use sky_core::quantity::single;
 
 use crate::args::{HAZE, SceneArgs, within};
 use crate::io::files::print;

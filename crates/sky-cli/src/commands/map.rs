@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow, bail};
 use clap::{ArgGroup, Args};
-use sky_core::color::ColorWeights;
 use sky_core::quantity::{Angle, Length};
-use sky_core::spectrum::Spectrum;
 use sky_eval::engine::{self, Air, Scene};
 use sky_eval::profiles::solar_on_grid;
+use sky_science::cie::ColorWeights;
+use sky_science::spectrum::Spectrum;
 use sky_sim::optics::OpticalProfile;
 use sky_sim::solar::SolarSpectrum;
 

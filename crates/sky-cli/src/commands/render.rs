@@ -5,12 +5,10 @@ use std::path::PathBuf;
 use anyhow::{Context as _, Result, anyhow, bail};
 use clap::{ArgGroup, Args, ValueEnum};
 use sky_core::color::{linear_srgb_from_xyz, xyz_from_yxy};
-use sky_core::direction::{SkyDirection, report_directions};
-use sky_core::extended::single;
+use sky_core::conditions::Conditions;
+use sky_core::direction::SkyDirection;
 use sky_core::lut::LutHeader;
-use sky_core::metrics::cosine_weighted_mean;
-use sky_core::quantity::Angle;
-use sky_core::sky_model::{Conditions, SkyModel};
+use sky_core::quantity::{Angle, single};
 use sky_core::tonemap::exposure_from_ev100;
 use sky_eval::models::{answers, open};
 use sky_gpu::headless::check_size;
@@ -19,6 +17,9 @@ use sky_plan::plan::without_aerial;
 use sky_render::camera::pixels;
 use sky_render::pixels::developed;
 use sky_render::{Painter, Pixels, Shot, draw_on_cpu, facing, file_bytes, looking};
+use sky_science::direction::report_directions;
+use sky_science::metrics::cosine_weighted_mean;
+use sky_science::sky_model::SkyModel;
 
 use crate::args::{
     Backend, Ev100, HAZE, SceneArgs, SceneKind, TierKind, ToneKind, ev100, look, size, within,

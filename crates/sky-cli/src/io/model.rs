@@ -1,7 +1,8 @@
 //! The skies of `utm-sky models`, asked in the directions of a table.
 
 use anyhow::{Result, anyhow, bail};
-use sky_core::sky_model::{Conditions, Yxy};
+use sky_core::color::Yxy;
+use sky_core::conditions::Conditions;
 use sky_eval::models::{answers, open};
 
 use super::progress::Bars;

@@ -1,7 +1,7 @@
 //! Table, observer, haze and sun from the command line: what every command of the runtime starts with.
 
 use anyhow::{Result, anyhow};
-use sky_core::sky_model::Conditions;
+use sky_core::conditions::Conditions;
 use sky_core::utm_sky::{SkyFrame, UtmSky};
 
 use super::lut::{load, source_name};

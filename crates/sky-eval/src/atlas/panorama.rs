@@ -1,11 +1,10 @@
 //! The sky as a GPU computes it, against the CPU's: whole panoramas at places all over the domain.
 
 use anyhow::Result;
-use sky_core::color::{LinearSrgb, xyz_from_linear_srgb, yxy_from_xyz};
+use sky_core::color::{LinearSrgb, Yxy, xyz_from_linear_srgb, yxy_from_xyz};
+use sky_core::conditions::{Conditions, Domain};
 use sky_core::direction::{SkyDirection, horizon_zenith};
-use sky_core::extended::single;
-use sky_core::quantity::Angle;
-use sky_core::sky_model::{Conditions, Domain, Yxy};
+use sky_core::quantity::{Angle, single};
 use sky_core::utm_sky::UtmSky;
 
 use super::kind::{Arithmetic, Kind, Place, With};

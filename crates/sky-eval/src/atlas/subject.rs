@@ -2,8 +2,8 @@
 
 use anyhow::{Result, anyhow};
 use sky_core::axis::Axis;
-use sky_core::sky_model::SkyModel;
 use sky_core::utm_sky::UtmSky;
+use sky_science::sky_model::SkyModel;
 
 use super::kind::Arithmetic;
 use crate::bake::bake;

@@ -1,12 +1,14 @@
 //! Error against the transport engine and cost on the CPU, model by model.
 
 use anyhow::Result;
+use sky_core::color::Yxy;
+use sky_core::conditions::Conditions;
 use sky_core::direction::SkyDirection;
-use sky_core::metrics::{Statistics, ciede2000_of_lights};
 use sky_core::picture::Picture;
 use sky_core::quantity::LUMINOUS_EFFICACY_LM_PER_W;
-use sky_core::sky_model::{Conditions, SkyModel, Yxy};
 use sky_core::utm_sky::UtmSky;
+use sky_science::metrics::{Statistics, ciede2000_of_lights};
+use sky_science::sky_model::SkyModel;
 
 use super::rows::{Costs, Errors, GpuCosts, REGIMES, Row, mark_front};
 use crate::cases::{conditions, evaluation_directions};

@@ -1,7 +1,7 @@
 //! A model's errors and costs, and the parts of the cases in which they are taken.
 
+use sky_core::conditions::Conditions;
 use sky_core::direction::SkyDirection;
-use sky_core::sky_model::Conditions;
 
 use crate::models::Model;
 

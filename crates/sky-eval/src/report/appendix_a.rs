@@ -7,8 +7,8 @@ use std::sync::LazyLock;
 
 use serde::Deserialize;
 use sky_core::direction::SkyDirection;
-use sky_core::perez::PerezCoefficients;
 use sky_core::quantity::Angle;
+use sky_science::perez::PerezCoefficients;
 
 use crate::locus::spectral_colors;
 

@@ -1,6 +1,7 @@
 //! What a report is made from.
 
-use sky_core::sky_model::{Conditions, SkyModel};
+use sky_core::conditions::Conditions;
+use sky_science::sky_model::SkyModel;
 use sky_sim::profile::AtmosphereProfile;
 
 use super::wavelengths::WavelengthRow;

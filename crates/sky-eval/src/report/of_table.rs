@@ -2,10 +2,11 @@
 
 use anyhow::Result;
 use sky_core::axis::Axis;
+use sky_core::color::Yxy;
 use sky_core::lut::{Lut, LutHeader};
-use sky_core::sky_model::{SkyModel as _, Yxy};
 use sky_core::utm_sky::UtmSky;
 use sky_fit::sweep::{Grid, NodeFit, SkyMap, Sweep};
+use sky_science::sky_model::SkyModel as _;
 
 use super::input::{CellReport, ChannelReport, Figure, NamedModel, ReportInput, ReportSettings};
 use super::text::count_f64;
@@ -195,7 +196,7 @@ fn cell_reports(sky: &UtmSky, maps: &[SkyMap], nodes: &[NodeFit]) -> Result<Vec<
                 },
             },
         };
-        let p95 = |s: Option<sky_core::metrics::Statistics>| s.map_or(f64::NAN, |s| s.p95);
+        let p95 = |s: Option<sky_science::metrics::Statistics>| s.map_or(f64::NAN, |s| s.p95);
         cells.push(CellReport {
             conditions: *c,
             channels: vec![
