@@ -11,7 +11,7 @@ use sky_core::color::Yxy;
 use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
 use sky_core::lut::Lut;
-use sky_core::utm_sky::{EMBEDDED_LUT, UtmSky};
+use sky_core::utm_sky::EMBEDDED_LUT;
 use sky_eval::atlas::kind::{Arithmetic, Kind, Tally};
 use sky_eval::atlas::subject::Density;
 use sky_eval::atlas::subject::{Subject, models};
@@ -20,6 +20,7 @@ use sky_eval::fit_stress::{CELLS, DAMAGES, Effort, METHODS, maps, stress};
 use sky_eval::grid::parse_grid;
 use sky_eval::progress::Silent;
 use sky_science::sky_model::SkyModel;
+use sky_science::table_sky::TableSky;
 use sky_sim::optics::OpticalProfile;
 use sky_sim::profile::AtmosphereProfile;
 use sky_sim::table::{ColumnSpec, Table};
@@ -83,7 +84,7 @@ fn default_up_to(sun_zenith_deg: f64) -> Subject {
     let mut header = lut.header().clone();
     header.domain.sun_zenith_deg[1] = sun_zenith_deg;
     let narrowed = Lut::new(header, lut.data().to_vec()).unwrap();
-    Subject::table_of(UtmSky::new(narrowed), "embedded")
+    Subject::table_of(TableSky::new(narrowed).expect("a sky"), "embedded")
 }
 
 #[test]

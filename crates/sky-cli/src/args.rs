@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Result, anyhow};
 use clap::builder::{NonEmptyStringValueParser, TypedValueParser};
 use clap::{Args, ValueEnum};
-use sky_core::conditions::Conditions;
+use sky_core::conditions::{Conditions, OutsideDomain};
 use sky_core::haze::Haze;
 use sky_core::quantity::{Angle, Length};
 use sky_core::tonemap::Tone;
@@ -433,6 +433,13 @@ impl AtmosphereArgs {
 }
 
 impl SceneArgs {
+    /// Conditions outside a domain, in the words in which they were given.
+    #[must_use]
+    pub fn in_own_words(&self, outside: OutsideDomain) -> OutsideDomain {
+        let haze = self.haze.haze(self.angstrom_alpha);
+        haze.map_or(outside, |haze| outside.in_words_of(haze))
+    }
+
     /// Observer, haze and sun.
     ///
     /// # Errors
@@ -449,9 +456,7 @@ impl SceneArgs {
 pub fn conditions(place: &PlaceArgs, haze: Option<Haze>) -> Result<Conditions> {
     let haze = haze
         .ok_or_else(|| anyhow!("haze: expected one of --turbidity, --aod500, --visual-range-km"))?;
-    Ok(Conditions {
-        observer_altitude: Length::from_km(place.altitude_km),
-        turbidity: haze.turbidity()?,
-        sun_zenith: Angle::from_degrees(place.sun_zenith_deg),
-    })
+    let altitude = Length::from_km(place.altitude_km);
+    let sun_zenith = Angle::from_degrees(place.sun_zenith_deg);
+    Ok(Conditions::new(altitude, haze, sun_zenith)?)
 }

@@ -8,10 +8,10 @@ use sky_core::extinction::Extinction;
 use sky_core::lut::{
     CHANNELS, ErrorQuantiles, FitStatistics, Form, Interpolation, Lut, LutHeader, Storage,
 };
-use sky_core::utm_sky::UtmSky;
 use sky_fit::sweep::{Grid, SkyMap, Sweep, sweep};
 use sky_science::metrics::{Statistics, ciede2000_of_lights, relative_error, white_luminance};
 use sky_science::sky_model::SkyModel;
+use sky_science::table_sky::TableSky;
 
 use crate::profiles::NamedProfile;
 use crate::progress::Progress;
@@ -67,7 +67,7 @@ pub fn bake(
             below_horizontal: grid.form != Form::PerezReport,
         },
     };
-    let draft = UtmSky::new(Lut::from_f64(header.clone(), &sweep.values)?);
+    let draft = TableSky::new(Lut::from_f64(header.clone(), &sweep.values)?)?;
     let fit = statistics(&draft, &sweep.maps.iter().collect::<Vec<_>>())?;
     Ok((
         Lut::from_f64(LutHeader { fit, ..header }, &sweep.values)?,
@@ -79,7 +79,7 @@ pub fn bake(
 ///
 /// # Errors
 /// When a map lies outside the table's domain.
-pub fn statistics(sky: &UtmSky, maps: &[&SkyMap]) -> Result<FitStatistics> {
+pub fn statistics(sky: &dyn SkyModel, maps: &[&SkyMap]) -> Result<FitStatistics> {
     let (mut colors, mut luminances) = (Vec::new(), Vec::new());
     for map in maps {
         let Some(white) = white_luminance(&map.sky) else {

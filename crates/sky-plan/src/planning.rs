@@ -130,7 +130,7 @@ pub fn verified(
     let count = usize::try_from(count)?;
     let conditions = random_conditions(&plan.domain(), count, seed);
     let cases = cases(&truth, &conditions, VERIFY_STRIDE, seed, &|| ())?;
-    score_of(plan.tier.drawn(UtmSky::new(lut)).as_ref(), &cases)
+    score_of(plan.tier.drawn(UtmSky::new(lut)?).as_ref(), &cases)
 }
 
 /// What a scene needs of the air.
@@ -236,7 +236,7 @@ fn formula_error(truth: &TransportSky, header: &LutHeader, pool: &[Case]) -> Res
                 storage: Storage::F32,
                 ..header.clone()
             };
-            let sky = UtmSky::new(Lut::from_f64(header, &values)?);
+            let sky = UtmSky::new(Lut::from_f64(header, &values)?)?;
             Ok(sky.yxy_map(c, &case.directions)?)
         })
         .collect::<Result<_>>()?;
@@ -297,7 +297,7 @@ pub fn plan_scene(scene: &Scene, profile: &NamedProfile) -> Result<Planned> {
     plan.terms = term_names(&terms)?;
     plan.storage = storage;
     let lut = plan.bake_on(&search.lattice, &fitted, profile)?;
-    let sky = UtmSky::new(lut);
+    let sky = UtmSky::new(lut)?;
     let found = score_of(&sky, &pool)?;
     let bytes = sky.lut().encode().len();
     plan.expected = expected(bytes, &found);

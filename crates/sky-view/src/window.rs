@@ -78,7 +78,6 @@ pub struct Picture {
 /// # Errors
 /// When there is no display or GPU, or a frame cannot be drawn.
 pub fn run(start: Start) -> Result<Option<Picture>> {
-    sky_core::aerial::AerialFrame::check(&start.sky)?;
     let events = EventLoop::new().map_err(|e| {
         // what comes before the last colon is a line of the library's source
         let reason = e.to_string();

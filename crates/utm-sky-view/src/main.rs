@@ -10,7 +10,6 @@ use sky_cli::args::SceneKind;
 use sky_cli::commands::view::{ViewArgs, ViewCli};
 use sky_cli::io::files::{EXIT_FAILURE, OutputFile, clean_up_on_interrupt};
 use sky_cli::io::lut::{load, source_name};
-use sky_core::aerial::AerialFrame;
 use sky_core::haze::Haze;
 use sky_core::lut::LutHeader;
 use sky_core::quantity::{Angle, Length};
@@ -49,8 +48,7 @@ fn fly(args: &ViewArgs) -> Result<()> {
         );
     }
     let source = source_name(&args.lut);
-    let sky = UtmSky::new(load(&args.lut)?);
-    AerialFrame::check(&sky).map_err(|e| anyhow!("{source}: {e}"))?;
+    let sky = UtmSky::new(load(&args.lut)?).map_err(|e| anyhow!("{source}: {e}"))?;
     let screenshot = args
         .screenshot
         .as_deref()

@@ -1,6 +1,6 @@
 //! `utm-sky light`: what a scene is lit with, as JSON.
 
-use anyhow::{Result, anyhow};
+use anyhow::Result;
 use clap::{ArgGroup, Args};
 use serde_json::{Value, json};
 use sky_core::color::{LinearSrgb, xyz_from_linear_srgb, yxy_from_xyz};
@@ -37,7 +37,7 @@ pub struct LightArgs {
 pub fn run(args: &LightArgs) -> Result<()> {
     let scene = Scene::open(&args.scene)?;
     let picture = Picture::new(&scene.sky, &scene.conditions, single(args.albedo))
-        .map_err(|e| anyhow!("{}: {e}", scene.source))?;
+        .map_err(|e| scene.refusal(e))?;
     let text = serde_json::to_string_pretty(&described(&picture))? + "\n";
     print(&text)?;
     Ok(())

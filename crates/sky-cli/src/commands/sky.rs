@@ -8,7 +8,7 @@ use clap::{ArgGroup, Args};
 use crate::args::{DIRECTIONS_HELP, HAZE, SceneArgs};
 use crate::io::files::OutputFile;
 use crate::io::model::map;
-use crate::io::scene::Scene;
+use crate::io::scene::table_frame;
 use crate::io::table::{DirectionTable, yxy_map_csv};
 
 /// `utm-sky sky`.
@@ -49,7 +49,7 @@ pub fn run(args: &SkyArgs) -> Result<()> {
         OutputFile::create(&args.out)?.commit(yxy_map_csv(&directions, &map).as_bytes())?;
         return Ok(());
     }
-    let frame = Scene::open(&args.scene)?.frame()?;
+    let frame = table_frame(&args.scene)?;
     let map = directions
         .directions
         .iter()

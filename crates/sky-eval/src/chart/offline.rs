@@ -373,7 +373,7 @@ fn one_turbidity(
         },
         ..embedded.lut().header().clone()
     };
-    let sky = UtmSky::new(Lut::from_f64(header, &values)?);
+    let sky = UtmSky::new(Lut::from_f64(header, &values)?)?;
     Ok((start.seconds(), sky))
 }
 
@@ -471,7 +471,7 @@ fn haze(progress: &dyn Progress, points: &mut Vec<Point>) -> Result<()> {
             nodes.len().to_string(),
             nodes == turbidities,
         );
-        points.push(judged(&judge, &UtmSky::new(lut), &cases, label, seconds)?);
+        points.push(judged(&judge, &UtmSky::new(lut)?, &cases, label, seconds)?);
         progress.step();
     }
     Ok(())
