@@ -3,8 +3,8 @@
 
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
-use sky_cli::render::Painter;
 use sky_core::utm_sky::UtmSky;
+use sky_render::Painter;
 
 pub(crate) static SKY: LazyLock<UtmSky> = LazyLock::new(|| UtmSky::embedded().expect("the table"));
 

@@ -2,8 +2,8 @@
 
 use std::sync::LazyLock;
 
-use sky_cli::generate::MAP_STEP_NM;
-use sky_cli::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
+use sky_eval::bake::MAP_STEP_NM;
+use sky_eval::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
 use sky_sim::optics::OpticsSettings;
 use sky_sim::profile::AtmosphereProfile;
 

@@ -6,19 +6,18 @@
     reason = "the measured figures are part of the test's answer"
 )]
 
-use std::path::Path;
 use std::sync::LazyLock;
 
-use sky_cli::evaluate::{
-    CaseCounts, Nodes, Pooled, compare_maps, conditions, evaluate, evaluation_directions,
-    held_out_cases, pool,
-};
-use sky_cli::generate::bake;
 use sky_core::axis::Axis;
 use sky_core::conditions::{Conditions, Domain};
 use sky_core::direction::{SkyDirection, horizon_zenith};
 use sky_core::quantity::{Angle, Length};
 use sky_core::utm_sky::{EMBEDDED_LUT, UtmSky};
+use sky_eval::bake::bake;
+use sky_eval::cases::{CaseCounts, Nodes, conditions, evaluation_directions, held_out_cases};
+use sky_eval::profiles::NamedProfile;
+use sky_eval::progress::Silent;
+use sky_eval::score::{Pooled, compare_maps, evaluate, pool};
 use sky_fit::sweep::Grid;
 use sky_science::metrics::{Statistics, relative_error};
 use sky_science::sky_model::SkyModel;
@@ -60,8 +59,9 @@ fn the_table_that_ships_is_small_and_reproduced_to_the_byte() {
     let (lut, _) = bake(
         &*TRUTH,
         &grid,
-        Path::new("general"),
+        &NamedProfile::general().expect("a shipped profile"),
         TRUTH.extinction().expect("optics"),
+        &Silent,
     )
     .expect("a table");
     assert!(
@@ -74,7 +74,8 @@ fn the_table_that_ships_is_small_and_reproduced_to_the_byte() {
 static BETWEEN_NODES: LazyLock<[Pooled; 2]> = LazyLock::new(|| {
     let grid = Grid::report().expect("the report's grid");
     let air = TRUTH.extinction().expect("optics");
-    let (lut, sweep) = bake(&*TRUTH, &grid, Path::new("general"), air).expect("a table");
+    let profile = NamedProfile::general().expect("a shipped profile");
+    let (lut, sweep) = bake(&*TRUTH, &grid, &profile, air, &Silent).expect("a table");
     assert_eq!(lut.header().shape(), [5, 3, 3]);
     assert!(sweep.nodes.iter().all(|n| n.channels.len() == 3));
     let (ours, report) = (embedded(), TableSky::new(lut).expect("a sky"));
