@@ -159,6 +159,9 @@ fn cell_reports(sky: &TableSky, maps: &[SkyMap], nodes: &[NodeFit]) -> Result<Ve
     Ok(cells)
 }
 
+/// A channel's name, and what a light misses of the truth in it.
+type Residual = (&'static str, fn(&Yxy, &Yxy) -> f64);
+
 /// How far each channel is from the truth, and how its fit went where a solver made it.
 fn channel_reports(found: &[Yxy], truth: &[Yxy], fits: &[ChannelFit]) -> Vec<ChannelReport> {
     let pairs = || {
@@ -171,7 +174,7 @@ fn channel_reports(found: &[Yxy], truth: &[Yxy], fits: &[ChannelFit]) -> Vec<Cha
         let squares: f64 = pairs().map(|(f, t)| residual(f, t).powi(2)).sum();
         (squares / count_f64(pairs().count().max(1))).sqrt()
     };
-    let residuals: [(&'static str, fn(&Yxy, &Yxy) -> f64); 3] = [
+    let residuals: [Residual; 3] = [
         ("Y", |f, t| (f.luminance_cd_m2 / t.luminance_cd_m2).ln()),
         ("x", |f, t| f.x - t.x),
         ("y", |f, t| f.y - t.y),
