@@ -235,8 +235,8 @@ fn every_tier_draws_the_evaluator_s_picture_through_every_camera() {
                     Tier::Fragment => [0.1, 0.5],
                     Tier::Baked => [0.1, 1.0],
                     Tier::Vertex(Dome::FINE) => [0.5, 10.0],
-                    // as far as its triangles reach it draws something else: that is bounded above
-                    Tier::Vertex(_) => [3.0, 100.0],
+                    // one of its triangles spans the whole glow of a low sun
+                    Tier::Vertex(_) => [3.0, 60.0],
                 };
                 let within = median <= limits[0] && p99 <= limits[1];
                 assert!(within, "{camera_name} {name}: {median} {p95} {p99}");
