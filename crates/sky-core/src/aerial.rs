@@ -42,7 +42,7 @@ const THINNEST_LAYER_KM: f64 = 0.01;
 
 /// Light that was scattered before and has lost its direction, as a share of that scattered once,
 /// in clear air.
-const SCATTERED_BEFORE: f32 = 0.3;
+pub const SCATTERED_BEFORE: f32 = 0.3;
 
 /// What a table lacks for aerial perspective.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
