@@ -7,7 +7,7 @@ use libfuzzer_sys::fuzz_target;
 use sky_core::direction::SkyDirection;
 use sky_core::lut::Lut;
 use sky_core::quantity::{Angle, Length};
-use sky_core::sky_model::Conditions;
+use sky_core::conditions::Conditions;
 use sky_core::utm_sky::UtmSky;
 
 /// CRC-64/XZ, bit by bit.

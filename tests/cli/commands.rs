@@ -297,7 +297,7 @@ fn the_colors_of_a_map_are_those_of_its_spectra() {
     let spectra = read(&dir.path().join("map.csv")).1;
     let colors = read(&dir.path().join("yxy.csv")).1;
     let wavelength_nm: Vec<f64> = spectra[..81].iter().map(|r| r[2]).collect();
-    let weights = sky_core::color::ColorWeights::for_spectral_radiance(&wavelength_nm).unwrap();
+    let weights = sky_science::cie::ColorWeights::for_spectral_radiance(&wavelength_nm).unwrap();
     for (spectrum, color) in spectra.chunks_exact(81).zip(&colors) {
         let radiance: Vec<f64> = spectrum.iter().map(|r| r[3]).collect();
         let yxy = weights.yxy(&radiance);

@@ -11,13 +11,14 @@ use sky_cli::chart::{PUBLISHED_SCALE, published};
 use sky_cli::evaluate::conditions;
 use sky_cli::models::{all, answers, general_truth};
 use sky_cli::render::{Shot, looking};
+use sky_core::color::Yxy;
 use sky_core::color::{LinearSrgb, xyz_from_linear_srgb, yxy_from_xyz};
+use sky_core::conditions::{Conditions, Domain};
 use sky_core::direction::SkyDirection;
 use sky_core::quantity::Angle;
-use sky_core::shader_sky::ShaderSky;
-use sky_core::sky_model::{Conditions, Domain, Yxy};
 use sky_gpu::headless::Headless;
 use sky_gpu::{Camera, Tier};
+use sky_science::shader_sky::ShaderSky;
 
 const SIZE: [u32; 2] = [16, 12];
 /// Directions this close to where a model's sky ends are left out: a last bit decides on which side

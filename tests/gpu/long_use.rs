@@ -6,7 +6,7 @@ use std::thread;
 use glam::Vec3;
 use sky_cli::evaluate::conditions;
 use sky_cli::render::looking;
-use sky_core::extended::single;
+use sky_core::quantity::single;
 use sky_core::quantity::{Angle, Length};
 use sky_core::tonemap::luminance;
 use sky_core::utm_sky::UtmSky;

@@ -13,13 +13,15 @@ use sky_cli::evaluate::{
 use sky_cli::generate::MAP_STEP_NM;
 use sky_cli::render::{Painter, Pixels, Shot, facing, looking};
 use sky_cli::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
+use sky_core::color::Yxy;
 use sky_core::color::{LinearSrgb, xyz_from_linear_srgb, yxy_from_xyz};
+use sky_core::conditions::{Conditions, Domain};
 use sky_core::direction::{SkyDirection, horizon_zenith};
-use sky_core::metrics::Statistics;
 use sky_core::quantity::Angle;
-use sky_core::sky_model::{Conditions, Domain, SkyModel, Yxy};
 use sky_core::utm_sky::UtmSky;
 use sky_gpu::{Camera, Projection, Tier};
+use sky_science::metrics::Statistics;
+use sky_science::sky_model::SkyModel;
 use sky_sim::optics::OpticsSettings;
 use sky_sim::profile::AtmosphereProfile;
 

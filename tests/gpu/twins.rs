@@ -10,15 +10,15 @@ use std::sync::{LazyLock, Mutex};
 
 use sky_cli::evaluate::conditions;
 use sky_cli::render::{Painter, Pixels, Shot, draw_on_cpu, facing, looking};
+use sky_core::color::Yxy;
 use sky_core::color::{LinearSrgb, xyz_from_linear_srgb, yxy_from_xyz};
 use sky_core::haze::Haze;
-use sky_core::metrics::{ciede2000_of_lights, white_luminance};
 use sky_core::picture::Picture;
 use sky_core::quantity::{Angle, Length};
-use sky_core::sky_model::Yxy;
 use sky_core::utm_sky::UtmSky;
 use sky_gpu::headless::Headless;
 use sky_gpu::{Camera, Dome, Projection, SkyFrame, SkyRenderer, Tier};
+use sky_science::metrics::{ciede2000_of_lights, white_luminance};
 
 static GPU: LazyLock<Headless> =
     LazyLock::new(|| Headless::new().unwrap_or_else(|error| panic!("{error}")));

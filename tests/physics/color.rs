@@ -1,8 +1,9 @@
 //! Color with the real sun: published check values, and how much a coarse wavelength grid costs.
 
-use sky_core::color::{ColorWeights, linear_srgb_from_xyz};
-use sky_core::sky_model::Yxy;
-use sky_core::spectrum::{Spectrum, uniform_wavelengths};
+use sky_core::color::Yxy;
+use sky_core::color::linear_srgb_from_xyz;
+use sky_science::cie::ColorWeights;
+use sky_science::spectrum::{Spectrum, uniform_wavelengths};
 use sky_sim::solar::SolarSpectrum;
 
 fn close(found: f64, expected: f64, tolerance: f64) {

@@ -4,12 +4,13 @@
 #![expect(clippy::unwrap_used, reason = "tests")]
 
 use sky_core::air_mass::{plane_parallel_air_mass, relative_air_mass};
-use sky_core::direction::{SkyDirection, report_directions};
-use sky_core::perez::PerezCoefficients;
+use sky_core::direction::SkyDirection;
 use sky_core::quantity::{Angle, Length};
 use sky_fit::problem::{
     Channel, ChannelFit, FitError, FitOptions, Sample, SkySamples, Starts, fit_channel,
 };
+use sky_science::direction::report_directions;
+use sky_science::perez::PerezCoefficients;
 
 const RAYLEIGH: PerezCoefficients = PerezCoefficients::from_array([-0.995, -0.1, 0.1, -0.8, 0.85]);
 const HAZE: PerezCoefficients = PerezCoefficients::from_array([-0.8, -0.5, 6.0, -3.0, 0.3]);

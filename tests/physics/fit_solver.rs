@@ -8,12 +8,12 @@ use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn};
 use sky_core::air_mass::relative_air_mass;
 use sky_core::direction::SkyDirection;
-use sky_core::perez::PerezCoefficients;
 use sky_core::quantity::{Angle, Length};
 use sky_fit::problem::{
     Channel, ChannelFit, FitOptions, PerezFit, Sample, SkySamples, Starts, fit_channel,
 };
 use sky_fit::solve::{Bounds, LeastSquares, Solution, SolveOptions, minimize};
+use sky_science::perez::PerezCoefficients;
 
 /// One of our problems as the port wants it.
 struct Port<'a, P> {

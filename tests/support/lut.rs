@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use sky_core::axis::Axis;
+use sky_core::conditions::Domain;
 use sky_core::lut::{CHANNELS, ErrorQuantiles, FitStatistics, Form, Interpolation, Lut, LutHeader};
-use sky_core::sky_model::Domain;
 
 /// A header over the given axes, valid on all of them.
 pub(crate) fn header(

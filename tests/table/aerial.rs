@@ -7,14 +7,15 @@
 
 use sky_cli::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
 use sky_core::aerial::{AerialFrame, AerialPath, path_meets_ground};
-use sky_core::color::{ColorWeights, LinearSrgb, xyz_from_linear_srgb};
+use sky_core::color::{LinearSrgb, xyz_from_linear_srgb};
+use sky_core::conditions::Conditions;
 use sky_core::direction::SkyDirection;
-use sky_core::extended::single;
 use sky_core::haze::Haze;
+use sky_core::quantity::single;
 use sky_core::quantity::{Angle, EARTH_RADIUS_KM, Length};
-use sky_core::sky_model::Conditions;
-use sky_core::spectrum::Spectrum;
 use sky_core::utm_sky::UtmSky;
+use sky_science::cie::ColorWeights;
+use sky_science::spectrum::Spectrum;
 use sky_sim::optics::{OpticalProfile, OpticsSettings};
 use sky_sim::profile::AtmosphereProfile;
 use sky_sim::solar::SolarSpectrum;

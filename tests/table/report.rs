@@ -12,9 +12,11 @@ use sky_cli::report::{
     SECTIONS, appendix_a, build, wavelengths,
 };
 use sky_cli::truth::{SmartsSkyModel, TransportSky};
+use sky_core::color::Yxy;
+use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
 use sky_core::quantity::{Angle, Length};
-use sky_core::sky_model::{Conditions, Domain, OutsideDomain, SkyModel, Yxy};
+use sky_science::sky_model::SkyModel;
 use sky_sim::optics::OpticsSettings;
 use sky_sim::profile::AtmosphereProfile;
 use sky_sim::transport::TransportSettings;

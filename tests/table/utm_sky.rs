@@ -7,12 +7,13 @@ use sky_cli::evaluate::{CaseCounts, Nodes, conditions, evaluate, held_out_cases}
 use sky_cli::generate::{MAP_STEP_NM, bake};
 use sky_cli::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
 use sky_core::axis::Axis;
+use sky_core::conditions::{Conditions, Domain};
 use sky_core::direction::{SkyDirection, horizon_zenith};
-use sky_core::metrics::{Statistics, relative_error};
 use sky_core::quantity::Length;
-use sky_core::sky_model::{Conditions, Domain, SkyModel};
 use sky_core::utm_sky::{EMBEDDED_LUT, UtmSky};
 use sky_fit::sweep::Grid;
+use sky_science::metrics::{Statistics, relative_error};
+use sky_science::sky_model::SkyModel;
 use sky_sim::optics::OpticsSettings;
 use sky_sim::profile::AtmosphereProfile;
 

@@ -17,9 +17,11 @@
 use core::f64::consts::PI;
 use std::sync::Arc;
 
+use sky_core::color::Yxy;
+use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
 use sky_core::quantity::EARTH_RADIUS_KM;
-use sky_core::sky_model::{Conditions, Domain, OutsideDomain, SkyModel, Yxy};
+use sky_science::sky_model::SkyModel;
 
 use crate::atmosphere::{Atmosphere, Optics, Ray, TOP_KM};
 use crate::cache::Cache;

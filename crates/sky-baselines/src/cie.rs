@@ -7,9 +7,11 @@
 //! (Krochmann & Seidl 1974), whatever the turbidity. The pattern of the clear sky is one for all
 //! hazes.
 
+use sky_core::color::Yxy;
+use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
-use sky_core::shader_sky::{ShaderFrame, ShaderSky};
-use sky_core::sky_model::{Conditions, Domain, OutsideDomain, SkyModel, Yxy};
+use sky_science::shader_sky::{ShaderFrame, ShaderSky};
+use sky_science::sky_model::SkyModel;
 
 use crate::preetham::{self, preetham_turbidity, zenith_luminance_cd_m2};
 use crate::texture::single;

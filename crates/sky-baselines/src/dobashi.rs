@@ -14,10 +14,12 @@
 //! altitude by its square root, cosines by a signed square root; 128 × 64 texels, 32-bit where the
 //! paper had 8 or 12. Air, haze and phase functions are those of `nishita.rs`.
 
+use sky_core::color::Yxy;
+use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
 use sky_core::quantity::EARTH_RADIUS_KM;
-use sky_core::shader_sky::{ShaderFrame, ShaderSky};
-use sky_core::sky_model::{Conditions, Domain, OutsideDomain, SkyModel, Yxy};
+use sky_science::shader_sky::{ShaderFrame, ShaderSky};
+use sky_science::sky_model::SkyModel;
 
 use crate::atmosphere::{Atmosphere, Ray, TOP_KM};
 use crate::cache::Cache;

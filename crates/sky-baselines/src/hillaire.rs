@@ -13,10 +13,12 @@
 
 use core::f64::consts::PI;
 
+use sky_core::color::Yxy;
+use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::{SkyDirection, horizon_dip};
 use sky_core::quantity::EARTH_RADIUS_KM;
-use sky_core::shader_sky::{ShaderFrame, ShaderSky};
-use sky_core::sky_model::{Conditions, Domain, OutsideDomain, SkyModel, Yxy};
+use sky_science::shader_sky::{ShaderFrame, ShaderSky};
+use sky_science::sky_model::SkyModel;
 
 use crate::atmosphere::{Atmosphere, Optics, Ray, TOP_KM};
 use crate::cache::Cache;

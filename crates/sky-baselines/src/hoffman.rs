@@ -14,10 +14,12 @@
 //! 1e-18) and is not needed.
 
 use sky_core::air_mass::relative_air_mass;
+use sky_core::color::Yxy;
+use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
 use sky_core::quantity::{EARTH_RADIUS_KM, Length};
-use sky_core::shader_sky::{ShaderFrame, ShaderSky};
-use sky_core::sky_model::{Conditions, Domain, OutsideDomain, SkyModel, Yxy};
+use sky_science::shader_sky::{ShaderFrame, ShaderSky};
+use sky_science::sky_model::SkyModel;
 
 use crate::aerial::Aerial;
 use crate::atmosphere::Atmosphere;

@@ -12,10 +12,12 @@
 
 use hw_skymodel::rgb::{SkyParams, SkyState};
 use sky_core::color::XYZ_FROM_LINEAR_SRGB;
+use sky_core::color::Yxy;
+use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
 use sky_core::quantity::LUMINOUS_EFFICACY_LM_PER_W;
-use sky_core::shader_sky::{ShaderFrame, ShaderSky};
-use sky_core::sky_model::{Conditions, Domain, OutsideDomain, SkyModel, Yxy};
+use sky_science::shader_sky::{ShaderFrame, ShaderSky};
+use sky_science::sky_model::SkyModel;
 
 use crate::preetham::{preetham_turbidity, turbidity_from_preetham};
 use crate::texture::{single, singles};

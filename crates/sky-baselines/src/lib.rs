@@ -1,7 +1,7 @@
 //! Published skies behind one interface, so that speed and accuracy can be compared.
 //!
 //! Purpose: each model as its paper has it, one paper a file, on the CPU
-//! ([`sky_core::sky_model::SkyModel`]) and as WGSL ([`sky_core::shader_sky::ShaderSky`],
+//! ([`sky_science::sky_model::SkyModel`]) and as WGSL ([`sky_science::shader_sky::ShaderSky`],
 //! `shaders/baselines/NAME.wgsl`, the twin of the Rust text). What a paper leaves open, what its print
 //! has wrong, and what was decided here stands at the top of its file. All models are listed once, in
 //! [`MODELS`]. The CPU versions compute in `f32` for a direction, like the shaders; what depends on
@@ -41,8 +41,9 @@ mod shader_check;
 pub mod texture;
 mod view;
 
-use sky_core::shader_sky::ShaderSky;
-use sky_core::sky_model::{Domain, SkyModel};
+use sky_core::conditions::Domain;
+use sky_science::shader_sky::ShaderSky;
+use sky_science::sky_model::SkyModel;
 
 /// A model of this crate: what a list, a chart and a test need to know of it.
 #[derive(Clone, Copy, Debug)]

@@ -13,9 +13,11 @@
 //! some 40 km on a level ray; here 48 segments crowd towards the ray's lowest point, each with its
 //! own attenuation integrated exactly.
 
+use sky_core::color::Yxy;
+use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
-use sky_core::shader_sky::{ShaderFrame, ShaderSky};
-use sky_core::sky_model::{Conditions, Domain, OutsideDomain, SkyModel, Yxy};
+use sky_science::shader_sky::{ShaderFrame, ShaderSky};
+use sky_science::sky_model::SkyModel;
 
 use crate::atmosphere::{Atmosphere, TOP_KM};
 use crate::phase;
@@ -294,8 +296,9 @@ pub(crate) mod direct {
     use super::{AIR_SCALE_KM, SingleScattering};
     use crate::atmosphere::Ray;
     use crate::phase;
+    use sky_core::conditions::Conditions;
     use sky_core::direction::SkyDirection;
-    use sky_core::sky_model::{Conditions, SkyModel};
+    use sky_science::sky_model::SkyModel;
 
     /// Samples of a substitution s = L u³ from the ray's lowest point.
     fn integrate(length: f64, samples: u32, mut f: impl FnMut(f64, f64)) {

@@ -11,9 +11,11 @@
 //!
 //! The table holds densities, not optical depths, so it does not depend on the haze's amount.
 
+use sky_core::color::Yxy;
+use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
-use sky_core::shader_sky::{ShaderFrame, ShaderSky};
-use sky_core::sky_model::{Conditions, Domain, OutsideDomain, SkyModel, Yxy};
+use sky_science::shader_sky::{ShaderFrame, ShaderSky};
+use sky_science::sky_model::SkyModel;
 
 use crate::atmosphere::{Atmosphere, Ray, TOP_KM};
 use crate::nishita::{AIR_SCALE_KM, DOMAIN, SingleScattering};

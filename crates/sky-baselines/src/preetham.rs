@@ -8,10 +8,12 @@
 //! optical depth ([`preetham_turbidity`]); his T = 2–10 is our T = 1.80–8.12. Known defects: at
 //! sunset the zenith is about 14 times too bright; below T = 2 luminance turns negative.
 
+use sky_core::color::Yxy;
+use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
 use sky_core::haze::{RAYLEIGH_OPTICAL_DEPTH_500, optical_depth_500_from_turbidity};
-use sky_core::shader_sky::{ShaderFrame, ShaderSky};
-use sky_core::sky_model::{Conditions, Domain, OutsideDomain, SkyModel, Yxy};
+use sky_science::shader_sky::{ShaderFrame, ShaderSky};
+use sky_science::sky_model::SkyModel;
 
 use crate::texture::{single, singles};
 use crate::view;

@@ -1,9 +1,9 @@
 //! For tests: is a shader valid, and does it fit the portable subset?
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
+use sky_core::conditions::Conditions;
 use sky_core::quantity::{Angle, Length};
-use sky_core::shader_sky::{SHADER_HEADER, SHADER_UNIFORMS, ShaderSky};
-use sky_core::sky_model::Conditions;
+use sky_science::shader_sky::{SHADER_HEADER, SHADER_UNIFORMS, ShaderSky};
 
 pub(crate) fn conditions(altitude_km: f64, turbidity: f64, sun_deg: f64) -> Conditions {
     Conditions {

@@ -2,7 +2,7 @@
 //! clamped at the edges. And the pair of mappings between the unit interval and a texture's
 //! coordinate.
 
-use sky_core::shader_sky::ShaderTexture;
+use sky_science::shader_sky::ShaderTexture;
 
 #[expect(
     clippy::cast_possible_truncation,

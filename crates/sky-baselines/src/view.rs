@@ -1,8 +1,9 @@
 //! From conditions and directions to vectors, and from colors back to Yxy.
 
+use sky_core::color::Yxy;
 use sky_core::color::{Xyz, yxy_from_xyz};
+use sky_core::conditions::Conditions;
 use sky_core::direction::SkyDirection;
-use sky_core::sky_model::{Conditions, Yxy};
 
 use crate::texture::single;
 

@@ -6,11 +6,11 @@ use std::time::Instant;
 use anyhow::Result;
 use glam::Vec3;
 use sky_core::haze::Haze;
-use sky_core::metrics::Statistics;
 use sky_core::quantity::{Angle, Length};
 use sky_core::utm_sky::UtmSky;
 use sky_gpu::headless::Headless;
 use sky_gpu::{Camera, Dome, Exposure, SkyFrame, SkyRenderer, Tier, Timing};
+use sky_science::metrics::Statistics;
 
 use crate::args::BenchGpuArgs;
 use crate::files::OutputFile;
@@ -160,7 +160,7 @@ impl Stage {
     #[must_use]
     pub fn camera(size: [u32; 2]) -> Camera {
         let aspect = pixels(size[0]) / pixels(size[1]);
-        let fov = sky_core::extended::single(Angle::from_degrees(60.0).radians());
+        let fov = sky_core::quantity::single(Angle::from_degrees(60.0).radians());
         Camera {
             depth_is_distance: true,
             ..Camera::perspective(fov, aspect, looking(20.0, 35.0))

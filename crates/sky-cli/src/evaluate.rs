@@ -8,13 +8,15 @@
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
+use sky_core::color::Yxy;
+use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::{SkyDirection, horizon_zenith};
-use sky_core::metrics::{
+use sky_core::quantity::{Angle, Length};
+use sky_science::metrics::{
     SUN_EXCLUSION_DEG, Statistics, ciede2000_of_lights, is_clear_of_sun, relative_error,
     white_luminance,
 };
-use sky_core::quantity::{Angle, Length};
-use sky_core::sky_model::{Conditions, Domain, OutsideDomain, SkyModel, Yxy};
+use sky_science::sky_model::SkyModel;
 
 /// Distance of the lowest ring of directions from the geometric horizon \[deg\].
 pub const LOWEST_RING_ABOVE_HORIZON_DEG: f64 = 0.25;

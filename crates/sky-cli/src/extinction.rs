@@ -2,10 +2,11 @@
 
 use anyhow::{Result, bail};
 use nalgebra::{DMatrix, DVector};
-use sky_core::color::{ColorWeights, linear_srgb_from_xyz};
+use sky_core::color::linear_srgb_from_xyz;
 use sky_core::extinction::{Extinction, WAVELENGTHS_NM, level_altitudes_km};
 use sky_core::haze::Haze;
-use sky_core::spectrum::Spectrum;
+use sky_science::cie::ColorWeights;
+use sky_science::spectrum::Spectrum;
 use sky_sim::aerosol::{stratosphere, stratosphere_optical_depth_550};
 use sky_sim::optics::{Constituents, OpticalProfile, OpticsSettings};
 use sky_sim::profile::AtmosphereProfile;

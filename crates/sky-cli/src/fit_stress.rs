@@ -13,14 +13,15 @@ use nalgebra::storage::Owned;
 use nalgebra::{DVector, Dyn, OMatrix, U6, Vector6};
 use rayon::prelude::*;
 use sky_core::air_mass::relative_air_mass;
+use sky_core::color::Yxy;
+use sky_core::conditions::Conditions;
 use sky_core::direction::SkyDirection;
 use sky_core::lut::Form;
-use sky_core::perez::PerezCoefficients;
 use sky_core::quantity::Length;
-use sky_core::sky_model::{Conditions, Yxy};
 use sky_core::utm_sky::PEREZ_SCALE_HEIGHT_KM;
 use sky_fit::problem::{Channel, FitOptions, PerezFit, Sample, SkySamples, Starts, fit_channel};
 use sky_fit::sweep::SkyMap;
+use sky_science::perez::PerezCoefficients;
 use sky_sim::optics::OpticsSettings;
 use sky_sim::profile::AtmosphereProfile;
 

@@ -5,13 +5,13 @@ use std::fmt::Write as _;
 use anyhow::Result;
 use sky_core::color::{LinearSrgb, linear_srgb_from_xyz, xyz_from_yxy};
 use sky_core::direction::SkyDirection;
-use sky_core::extended::single;
 use sky_core::picture::Picture;
 use sky_core::quantity::Angle;
-use sky_core::sky_model::SkyModel as _;
+use sky_core::quantity::single;
 use sky_core::tonemap::{Tone, encoded, exposure_from_ev100, tone_mapped};
 use sky_core::utm_sky::UtmSky;
 use sky_gpu::{Camera, Tier, auto_ev100};
+use sky_science::sky_model::SkyModel as _;
 use sky_sim::optics::{Constituents, OpticsSettings};
 use sky_sim::profile::AtmosphereProfile;
 

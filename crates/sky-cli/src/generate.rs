@@ -8,14 +8,15 @@ use anyhow::{Result, anyhow};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Deserialize;
 use sky_core::axis::Axis;
+use sky_core::conditions::Domain;
 use sky_core::extinction::Extinction;
 use sky_core::lut::{
     CHANNELS, ErrorQuantiles, FitStatistics, Form, Interpolation, Lut, LutHeader, Storage,
 };
-use sky_core::metrics::{Statistics, ciede2000_of_lights, relative_error, white_luminance};
-use sky_core::sky_model::{Domain, SkyModel};
 use sky_core::utm_sky::UtmSky;
 use sky_fit::sweep::{Grid, SkyMap, Sweep, sweep};
+use sky_science::metrics::{Statistics, ciede2000_of_lights, relative_error, white_luminance};
+use sky_science::sky_model::SkyModel;
 use sky_sim::optics::OpticsSettings;
 
 use crate::args::{Engine, GenerateArgs, GridChoice};

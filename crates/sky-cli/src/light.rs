@@ -3,8 +3,8 @@
 use anyhow::{Result, anyhow};
 use serde_json::{Value, json};
 use sky_core::color::{LinearSrgb, xyz_from_linear_srgb, yxy_from_xyz};
-use sky_core::extended::single;
 use sky_core::picture::Picture;
+use sky_core::quantity::single;
 
 use crate::args::LightArgs;
 use crate::files::print;

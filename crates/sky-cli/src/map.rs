@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use anyhow::{Result, anyhow, bail};
-use sky_core::color::ColorWeights;
 use sky_core::quantity::{Angle, Length};
-use sky_core::spectrum::Spectrum;
+use sky_science::cie::ColorWeights;
+use sky_science::spectrum::Spectrum;
 use sky_sim::optics::OpticalProfile;
 use sky_sim::solar::SolarSpectrum;
 

@@ -2,11 +2,13 @@
 
 use anyhow::{Result, anyhow, bail};
 use sky_baselines::Baseline;
+use sky_core::color::Yxy;
+use sky_core::conditions::{Conditions, Domain};
 use sky_core::direction::SkyDirection;
-use sky_core::shader_sky::ShaderSky;
-use sky_core::sky_model::{Conditions, Domain, SkyModel, Yxy};
 use sky_core::utm_sky::{EMBEDDED_LUT, UtmSky};
 use sky_fit::sweep::Grid;
+use sky_science::shader_sky::ShaderSky;
+use sky_science::sky_model::SkyModel;
 use sky_sim::optics::OpticsSettings;
 use sky_sim::profile::AtmosphereProfile;
 use std::fmt::{self, Write as _};

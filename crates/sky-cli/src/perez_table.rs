@@ -3,12 +3,14 @@
 //!
 //! For comparison: the renderer draws tables of the extended form alone.
 
+use sky_core::color::Yxy;
+use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
 use sky_core::extended::angle;
 use sky_core::lut::Interpolation;
-use sky_core::shader_sky::{ShaderFrame, ShaderSky};
-use sky_core::sky_model::{Conditions, Domain, OutsideDomain, SkyModel, Yxy};
 use sky_core::utm_sky::{Formula, UtmSky, perez};
+use sky_science::shader_sky::{ShaderFrame, ShaderSky};
+use sky_science::sky_model::SkyModel;
 
 /// A sky whose formula is one of Perez's.
 #[derive(Debug)]

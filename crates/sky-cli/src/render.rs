@@ -8,20 +8,22 @@ use glam::{Mat3, Vec3};
 use image::{ExtendedColorType, ImageEncoder as _};
 use rayon::prelude::*;
 use sky_core::color::{linear_srgb_from_xyz, xyz_from_yxy};
-use sky_core::direction::{SkyDirection, report_directions};
-use sky_core::extended::single;
+use sky_core::conditions::Conditions;
+use sky_core::direction::SkyDirection;
 use sky_core::haze::Haze;
 use sky_core::lut::LutHeader;
-use sky_core::metrics::cosine_weighted_mean;
 use sky_core::picture::Picture;
 use sky_core::quantity::Angle;
-use sky_core::sky_model::{Conditions, SkyModel};
+use sky_core::quantity::single;
 use sky_core::tonemap::{Tone, dither, encoded, exposure_from_ev100, tone_mapped};
 use sky_core::utm_sky::UtmSky;
 use sky_gpu::headless::{Headless, check_size};
 use sky_gpu::{
     Camera, Dome, Exposure, Projection, SkyFrame, SkyRenderer, Tier, auto_ev100, ev100_for_mean,
 };
+use sky_science::direction::report_directions;
+use sky_science::metrics::cosine_weighted_mean;
+use sky_science::sky_model::SkyModel;
 
 use crate::args::{Backend, ProjectionKind, RenderArgs, SceneKind, TierKind, ToneKind};
 use crate::files::OutputFile;

@@ -1,9 +1,9 @@
 //! Table, observer, haze and sun from the command line: what every command of the runtime starts with.
 
 use anyhow::{Result, anyhow};
+use sky_core::conditions::Conditions;
 use sky_core::haze::Haze;
 use sky_core::quantity::{Angle, Length};
-use sky_core::sky_model::Conditions;
 use sky_core::utm_sky::{SkyFrame, UtmSky};
 
 use crate::args::{PlaceArgs, SceneArgs};

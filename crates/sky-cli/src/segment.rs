@@ -6,7 +6,7 @@ use anyhow::{Result, anyhow, bail};
 use sky_core::aerial::{AerialFrame, AerialPath, path_meets_ground};
 use sky_core::color::{LinearSrgb, xyz_from_linear_srgb, yxy_from_xyz};
 use sky_core::direction::SkyDirection;
-use sky_core::extended::single;
+use sky_core::quantity::single;
 use sky_sim::table::{ColumnSpec, Table};
 
 use crate::args::{Aerial, SegmentArgs};

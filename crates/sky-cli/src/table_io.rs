@@ -5,8 +5,9 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use sky_core::direction::{SkyDirection, report_directions};
-use sky_core::sky_model::Yxy;
+use sky_core::color::Yxy;
+use sky_core::direction::SkyDirection;
+use sky_science::direction::report_directions;
 use thiserror::Error;
 
 use crate::files::{FileError, read_text};

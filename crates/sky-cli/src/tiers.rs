@@ -3,12 +3,14 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
+use sky_core::color::Yxy;
 use sky_core::color::{LinearSrgb, xyz_from_linear_srgb, yxy_from_xyz};
+use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::{SkyDirection, horizon_zenith};
 use sky_core::quantity::Angle;
-use sky_core::sky_model::{Conditions, Domain, OutsideDomain, SkyModel, Yxy};
 use sky_core::tonemap::luminance;
 use sky_core::utm_sky::{SkyFrame, UtmSky};
+use sky_science::sky_model::SkyModel;
 
 /// Texels across and, of the sky's part, up.
 const TEXELS: [usize; 2] = [160, 152];
@@ -188,7 +190,7 @@ impl SkyModel for DomeSky {
                     return Yxy::default();
                 }
                 let turn = d.relative_azimuth.degrees().rem_euclid(360.0) / 360.0;
-                let single = sky_core::extended::single;
+                let single = sky_core::quantity::single;
                 let (r, v) = cell(single(share) * count(rings), rings + 1);
                 let (s, u) = cell(single(turn) * count(spokes), spokes + 1);
                 let low = mix(corners[r][s], corners[r][s + 1], u);

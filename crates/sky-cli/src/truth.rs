@@ -5,12 +5,14 @@ use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use anyhow::Result;
-use sky_core::color::ColorWeights;
+use sky_core::color::Yxy;
+use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
 use sky_core::extinction::Extinction;
 use sky_core::haze::Haze;
-use sky_core::sky_model::{Conditions, Domain, OutsideDomain, SkyModel, Yxy};
-use sky_core::spectrum::Spectrum;
+use sky_science::cie::ColorWeights;
+use sky_science::sky_model::SkyModel;
+use sky_science::spectrum::Spectrum;
 use sky_sim::optics::{OpticalProfile, OpticsSettings};
 use sky_sim::profile::AtmosphereProfile;
 use sky_sim::smarts::SmartsSky;

@@ -3,10 +3,10 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use sky_core::direction::report_directions;
+use sky_core::conditions::Conditions;
+use sky_core::direction::SkyDirection;
 use sky_core::picture::Picture;
 use sky_core::quantity::{Angle, Length};
-use sky_core::sky_model::Conditions;
 use sky_core::utm_sky::UtmSky;
 
 fn sky(c: &mut Criterion) {
@@ -18,7 +18,14 @@ fn sky(c: &mut Criterion) {
     };
     let frame = sky.frame(&conditions).expect("inside the domain");
     // all but the horizontal ring: the observer's horizon lies below it, so all are lit
-    let directions = report_directions();
+    let rings = (1..=9_u8).flat_map(|ring| {
+        let zenith_deg = 10.0 * f64::from(ring);
+        (0..30_u8).map(move |k| SkyDirection::from_degrees(zenith_deg, 12.0 * f64::from(k)))
+    });
+    let directions: Vec<_> = [SkyDirection::from_degrees(0.0, 0.0)]
+        .into_iter()
+        .chain(rings)
+        .collect();
     c.bench_function("271 directions", |b| {
         b.iter(|| {
             directions

@@ -1,8 +1,8 @@
 //! A sky in three lines: the light 30° above the horizon, 90° from the sun's azimuth, seen from 10 km.
 
+use sky_core::conditions::Conditions;
 use sky_core::direction::SkyDirection;
 use sky_core::quantity::{Angle, Length};
-use sky_core::sky_model::Conditions;
 use sky_core::utm_sky::UtmSky;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -12,12 +12,12 @@
 //!
 //! Simplifications: no refraction; one sun zenith angle for the whole path. Out of scope: clouds.
 
-use crate::color::LINEAR_SRGB_FROM_XYZ;
-use crate::extended::{self, Coefficients, Radii, angle, single};
+use crate::color::linear_srgb;
+use crate::conditions::{Conditions, OutsideDomain};
+use crate::extended::{self, Coefficients, Radii, angle};
 use crate::extinction::{Extinction, LEVEL_STEP_KM, LEVELS};
 use crate::lut::{Form, LutHeader};
-use crate::quantity::{Angle, EARTH_RADIUS_KM, Length};
-use crate::sky_model::{Conditions, OutsideDomain};
+use crate::quantity::{Angle, EARTH_RADIUS_KM, Length, single};
 use crate::utm_sky::{SkyFrame, UtmSky, angle_from_sun, haze_coordinate, two_in};
 
 /// Sections of a path, shorter near its lower end, where the haze is.
@@ -499,13 +499,6 @@ fn mean_of_exponential(start: f32, middle: f32, end: f32) -> f32 {
     };
     let bend = middle - 0.5 * (start + end);
     mean * (start.max(end) + bend * 4.0 / (36.0 + x * x).sqrt()).exp()
-}
-
-/// Linear sRGB from luminance and chromaticity.
-pub(crate) fn linear_srgb([luminance, x, y]: [f32; 3]) -> [f32; 3] {
-    let scale = luminance / y;
-    let xyz = [x * scale, luminance, (1.0 - x - y) * scale];
-    LINEAR_SRGB_FROM_XYZ.map(|row| row.iter().zip(xyz).map(|(m, c)| single(*m) * c).sum())
 }
 
 fn dot(a: [f32; 4], b: [f32; 4]) -> f32 {

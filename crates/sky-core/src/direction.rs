@@ -3,8 +3,7 @@
 //! Directions point from the observer. Zenith angles may exceed 90°: at altitude the sky goes on
 //! down to the geometric horizon.
 
-use crate::extended::single;
-use crate::quantity::{Angle, EARTH_RADIUS_KM, Length};
+use crate::quantity::{Angle, EARTH_RADIUS_KM, Length, single};
 
 /// A direction of view: zenith angle, and azimuth relative to the sun (0 faces the sun).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,30 +83,9 @@ pub fn horizon_zenith(observer_altitude: Length) -> Angle {
     Angle::from_radians(core::f64::consts::FRAC_PI_2 + horizon_dip(observer_altitude).radians())
 }
 
-/// The report's 271 directions: the zenith, then nine rings every 10° to the horizontal, each with
-/// an endpoint every 12° of azimuth.
-#[must_use]
-pub fn report_directions() -> Vec<SkyDirection> {
-    let mut out = vec![SkyDirection::from_degrees(0.0, 0.0)];
-    for ring in 1..=9_u8 {
-        for spoke in 0..30_u16 {
-            out.push(SkyDirection::from_degrees(
-                f64::from(ring) * 10.0,
-                f64::from(spoke) * 12.0,
-            ));
-        }
-    }
-    out
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_report_has_271_directions() {
-        assert_eq!(report_directions().len(), 271);
-    }
 
     #[test]
     fn scattering_angle_agrees_with_its_cosine_and_keeps_small_angles() {

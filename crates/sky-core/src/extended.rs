@@ -15,9 +15,7 @@
 //! by how much each lowered the residual of transport maps over 0–30 km, T 1–8, sun 0–92°.
 
 use crate::air_mass::{radius_in_scale_heights, reciprocal_chapman_f32};
-use crate::direction::SkyDirection;
-use crate::quantity::Length;
-use crate::sky_model::Conditions;
+use crate::quantity::{Length, single};
 
 /// Number of products.
 pub const TERMS: usize = 22;
@@ -214,28 +212,9 @@ fn sums(coefficients: &Coefficients, basis: &[f32; TERMS]) -> [f32; 4] {
     core::array::from_fn(|i| even[i] + odd[i])
 }
 
-/// The products for an observer and sun, as a fit needs them.
-#[must_use]
-pub fn basis_in(direction: &SkyDirection, conditions: &Conditions) -> [f32; TERMS] {
-    basis(
-        single(direction.view_zenith.radians().cos()),
-        Radii::at(conditions.observer_altitude),
-        single(direction.scattering_angle(conditions.sun_zenith).radians()),
-        single(direction.cos_scattering_angle(conditions.sun_zenith)),
-    )
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "the runtime works in f32")]
-/// To the precision of the runtime.
-#[must_use]
-pub const fn single(x: f64) -> f32 {
-    x as f32
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::color::color_matching_functions;
 
     #[test]
     fn the_products_are_finite_from_the_zenith_to_the_horizon() {
@@ -251,27 +230,6 @@ mod tests {
                     );
                 }
             }
-        }
-    }
-
-    #[test]
-    fn a_color_stays_in_the_locus_and_one_within_is_left_alone() {
-        for nm in (380..=700_u16).step_by(5) {
-            let [x, y, z] = color_matching_functions(nm.into());
-            let spectral = [x / (x + y + z), y / (x + y + z)].map(single);
-            // what is drawn in is no farther out than the spectral color, and at most a little in
-            let [a, b] = within_locus(spectral);
-            let share = (a - 1.0 / 3.0).hypot(b - 1.0 / 3.0)
-                / (spectral[0] - 1.0 / 3.0).hypot(spectral[1] - 1.0 / 3.0);
-            assert!((0.84..1.0).contains(&share), "{nm} nm: {share}");
-            // and so is what lies beyond it
-            let beyond = spectral.map(|v| 1.0 / 3.0 + 3.0 * (v - 1.0 / 3.0));
-            let [c, d] = within_locus(beyond);
-            assert!((a - c).abs() < 1e-6 && (b - d).abs() < 1e-6, "{nm} nm");
-        }
-        for inside in [[0.3127, 0.3290], [0.184, 0.141], [0.6, 0.38], [0.25, 0.25]] {
-            let [x, y] = within_locus(inside);
-            assert!((x - inside[0]).abs() < 1e-6 && (y - inside[1]).abs() < 1e-6);
         }
     }
 

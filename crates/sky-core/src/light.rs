@@ -143,7 +143,7 @@ impl SunDisc {
     /// The disc that an observer sees.
     #[must_use]
     pub fn new(sky: &SkyFrame, air: &AerialFrame, altitude_km: f32) -> Self {
-        let radius = crate::extended::single(Angle::from_degrees(SUN_RADIUS_DEG).radians());
+        let radius = crate::quantity::single(Angle::from_degrees(SUN_RADIUS_DEG).radians());
         let (sin_radius, cos_radius) = radius.sin_cos();
         let [sin_sun, cos_sun] = sky.sun();
         let upper = cos_sun * cos_radius + sin_sun * sin_radius;

@@ -37,9 +37,9 @@ use std::fmt::Write as _;
 use serde::{Deserialize, Serialize};
 
 use crate::axis::Axis;
+use crate::conditions::Domain;
 use crate::extended;
 use crate::extinction::{Extinction, LEVELS};
-use crate::sky_model::Domain;
 
 /// First bytes of every file.
 pub const MAGIC: [u8; 12] = *b"\x89UTMLUT\r\n\x1a\n\0";

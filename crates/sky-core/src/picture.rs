@@ -4,9 +4,9 @@
 
 use crate::aerial::AerialFrame;
 use crate::aerial::{AerialError, distance_to_ground};
-use crate::extended::single;
+use crate::conditions::Conditions;
 use crate::light::{SceneLight, SunDisc};
-use crate::sky_model::Conditions;
+use crate::quantity::single;
 use crate::utm_sky::{SkyFrame, UtmSky};
 
 /// Everything that a picture needs, for one observer, haze and sun.

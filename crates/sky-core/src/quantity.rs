@@ -8,6 +8,13 @@ pub const EARTH_RADIUS_KM: f64 = 6371.0;
 /// Luminous efficacy constant K \[lm·W⁻¹\] of the CIE 1931 2° observer's integrals.
 pub const LUMINOUS_EFFICACY_LM_PER_W: f64 = 683.002;
 
+/// To the precision of the runtime.
+#[must_use]
+#[expect(clippy::cast_possible_truncation, reason = "the runtime works in f32")]
+pub const fn single(x: f64) -> f32 {
+    x as f32
+}
+
 /// A plane angle, stored in radians.
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd, Serialize, Deserialize)]
 pub struct Angle(f64);

@@ -9,7 +9,7 @@ use solar_positioning::time::JulianDate;
 use solar_positioning::{Location, SolarPositions};
 use thiserror::Error;
 
-use crate::extended::single;
+use crate::quantity::single;
 use crate::quantity::{Angle, Length};
 
 /// Difference of terrestrial and universal time \[s\], 2015–2030 to a second or two. Of the sun's way

@@ -4,17 +4,17 @@
 //! direction is one formula in `f32` without allocation ([`SkyFrame::yxy`]), the twin of the shader.
 //! Out of scope: the sun's disc and the ground.
 
-use crate::aerial::linear_srgb;
 use crate::air_mass::chapman_air_mass_f32;
 use crate::axis::{Axis, Cell, four_from, lagrange_weights};
 use crate::color::{
-    LinearSrgb, linear_srgb_from_xyz, xyz_from_linear_srgb, xyz_from_yxy, yxy_from_xyz,
+    LinearSrgb, Yxy, linear_srgb, linear_srgb_from_xyz, xyz_from_linear_srgb, xyz_from_yxy,
+    yxy_from_xyz,
 };
+use crate::conditions::{Conditions, OutsideDomain};
 use crate::direction::{SkyDirection, horizon_zenith};
-use crate::extended::{self, Coefficients, Radii, angle, single};
+use crate::extended::{self, Coefficients, Radii, angle};
 use crate::lut::{Form, Interpolation, Lut, LutError};
-use crate::quantity::Angle;
-use crate::sky_model::{Conditions, Domain, OutsideDomain, SkyModel, Yxy};
+use crate::quantity::{Angle, single};
 
 /// Bytes of the default table, `luts/default.utmlut`.
 pub const EMBEDDED_LUT: &[u8] = include_bytes!("../../../luts/default.utmlut");
@@ -110,6 +110,12 @@ impl UtmSky {
     /// When the embedded table cannot be read: a fault of the build.
     pub fn embedded() -> Result<Self, LutError> {
         Ok(Self::new(Lut::decode(EMBEDDED_LUT)?))
+    }
+
+    /// Short name for captions and tables.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        self.name
     }
 
     /// The table.
@@ -380,34 +386,11 @@ impl PerezFrame {
 }
 
 /// Perez's F from the values of a channel (zenith, A–E), the twin of
-/// [`crate::perez::PerezCoefficients::relative_luminance`] in `f32`.
+/// `sky_science::perez::PerezCoefficients::relative_luminance` in `f32`.
 #[must_use]
 pub fn perez(c: &[f32; PEREZ_TERMS], air_mass: f32, gamma: f32) -> f32 {
     let [_, a, b, c, d, e] = *c;
     let exponent = if b == 0.0 { 0.0 } else { b * air_mass };
     let cos_gamma = gamma.cos();
     (1.0 + a * exponent.exp()) * (1.0 + c * (d * gamma).exp() + e * cos_gamma * cos_gamma)
-}
-
-impl SkyModel for UtmSky {
-    fn name(&self) -> &str {
-        self.name
-    }
-
-    fn domain(&self) -> &Domain {
-        &self.lut.header().domain
-    }
-
-    /// Directions below the geometric horizon come out black.
-    fn yxy_map(
-        &self,
-        conditions: &Conditions,
-        directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain> {
-        let frame = self.frame(conditions)?;
-        Ok(directions
-            .iter()
-            .map(|d| frame.yxy(d).unwrap_or_default())
-            .collect())
-    }
 }

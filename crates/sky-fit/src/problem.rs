@@ -11,8 +11,8 @@ use crate::solve::{
 };
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
-use sky_core::perez::PerezCoefficients;
 use sky_core::quantity::Angle;
+use sky_science::perez::PerezCoefficients;
 
 /// Parameters of a fit: logarithm of the scale, then one each for A–E.
 const PARAMETERS: usize = 6;

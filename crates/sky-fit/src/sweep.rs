@@ -8,13 +8,16 @@
 use rayon::prelude::*;
 use sky_core::air_mass::{plane_parallel_air_mass, relative_air_mass};
 use sky_core::axis::{Axis, AxisError};
-use sky_core::direction::{SkyDirection, horizon_zenith, report_directions};
+use sky_core::color::Yxy;
+use sky_core::conditions::{Conditions, OutsideDomain};
+use sky_core::direction::{SkyDirection, horizon_zenith};
 use sky_core::extended;
 use sky_core::lut::Form;
-use sky_core::metrics::{SUN_EXCLUSION_DEG, is_clear_of_sun};
-use sky_core::quantity::{Angle, Length};
-use sky_core::sky_model::{Conditions, OutsideDomain, SkyModel, Yxy};
+use sky_core::quantity::{Angle, Length, single};
 use sky_core::utm_sky::PEREZ_SCALE_HEIGHT_KM;
+use sky_science::direction::report_directions;
+use sky_science::metrics::{SUN_EXCLUSION_DEG, is_clear_of_sun};
+use sky_science::sky_model::SkyModel;
 
 use crate::banded::{BandedSystem, NotPositive};
 use crate::problem::{
@@ -566,7 +569,7 @@ impl MapEquations {
             if light.luminance_cd_m2 <= 0.0 {
                 continue;
             }
-            let row = extended::basis_in(d, &map.conditions).map(f64::from);
+            let row = basis_in(d, &map.conditions);
             let target = [light.luminance_cd_m2.ln(), light.x, light.y];
             // twilight spans five orders of magnitude: what is seen counts for more than what is not
             let share = (light.luminance_cd_m2 / brightest).sqrt();
@@ -591,4 +594,15 @@ impl MapEquations {
             right,
         }
     }
+}
+
+/// The products for an observer and sun.
+fn basis_in(direction: &SkyDirection, conditions: &Conditions) -> [f64; extended::TERMS] {
+    extended::basis(
+        single(direction.view_zenith.radians().cos()),
+        extended::Radii::at(conditions.observer_altitude),
+        single(direction.scattering_angle(conditions.sun_zenith).radians()),
+        single(direction.cos_scattering_angle(conditions.sun_zenith)),
+    )
+    .map(f64::from)
 }

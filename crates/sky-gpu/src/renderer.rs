@@ -2,11 +2,11 @@
 
 use glam::Vec3;
 use sky_core::aerial::AerialError;
+use sky_core::conditions::Conditions;
 use sky_core::haze::{Haze, HazeError};
 use sky_core::lut::{Lut, LutHeader};
 use sky_core::picture::Picture;
 use sky_core::quantity::{Angle, Length};
-use sky_core::sky_model::Conditions;
 use sky_core::tonemap::{Tone, ev100_from_luminance, exposure_from_ev100, luminance};
 use sky_core::utm_sky::UtmSky;
 use thiserror::Error;

@@ -6,9 +6,9 @@
 use std::hint::black_box;
 
 use criterion::Criterion;
-use sky_core::direction::report_directions;
 use sky_core::haze::Haze;
 use sky_core::quantity::{Angle, Length};
+use sky_science::direction::report_directions;
 use sky_sim::optics::{OpticalProfile, OpticsSettings};
 use sky_sim::profile::AtmosphereProfile;
 use sky_sim::transport::{Transport, TransportSettings};

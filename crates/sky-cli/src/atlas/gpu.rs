@@ -1,12 +1,13 @@
 //! The sky as the GPU computes it, against the CPU's: whole panoramas at places all over the domain.
 
 use anyhow::Result;
+use sky_core::color::Yxy;
 use sky_core::color::{LinearSrgb, xyz_from_linear_srgb, yxy_from_xyz};
+use sky_core::conditions::{Conditions, Domain};
 use sky_core::direction::{SkyDirection, horizon_zenith};
-use sky_core::extended::single;
 use sky_core::haze::Haze;
 use sky_core::quantity::Angle;
-use sky_core::sky_model::{Conditions, Domain, Yxy};
+use sky_core::quantity::single;
 use sky_core::utm_sky::UtmSky;
 use sky_gpu::headless::Headless;
 use sky_gpu::{Camera, Exposure, Projection, SkyFrame, SkyRenderer, Tier};

@@ -1,7 +1,7 @@
 //! The kinds of failure, how many samples were asked for each, and where the worst is.
 
+use sky_core::conditions::Conditions;
 use sky_core::direction::SkyDirection;
-use sky_core::sky_model::Conditions;
 
 /// In what numbers a model answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! The CIE 1931 spectral locus: the chromaticities that light can have.
 
-use sky_core::color::color_matching_functions;
+use sky_science::cie::color_matching_functions;
 
 /// A half plane `a x + b y <= c`, with (a, b) of length 1.
 type HalfPlane = [f64; 3];

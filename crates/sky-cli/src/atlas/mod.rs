@@ -16,9 +16,9 @@ use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail};
 use sky_core::axis::Axis;
-use sky_core::sky_model::SkyModel;
 use sky_core::utm_sky::UtmSky;
 use sky_gpu::headless::Headless;
+use sky_science::sky_model::SkyModel;
 
 use crate::args::AtlasArgs;
 use crate::evaluate::Nodes;

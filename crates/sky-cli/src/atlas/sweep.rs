@@ -4,10 +4,12 @@
 use rayon::prelude::*;
 use sky_core::aerial::{AerialFrame, path_meets_ground};
 use sky_core::color::XYZ_FROM_LINEAR_SRGB;
+use sky_core::color::Yxy;
+use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::{SkyDirection, horizon_zenith};
-use sky_core::extended::{Coefficients, single};
+use sky_core::extended::Coefficients;
+use sky_core::quantity::single;
 use sky_core::quantity::{Angle, EARTH_RADIUS_KM, Length};
-use sky_core::sky_model::{Conditions, Domain, OutsideDomain, Yxy};
 use sky_core::utm_sky::{Formula, SkyFrame, UtmSky};
 
 use super::Subject;

@@ -2,10 +2,12 @@
 //! coefficients rounded to half precision.
 
 use sky_core::air_mass::{chapman_air_mass, radius_in_scale_heights};
+use sky_core::color::Yxy;
+use sky_core::conditions::Conditions;
 use sky_core::direction::{SkyDirection, horizon_zenith};
-use sky_core::extended::{self, Coefficients, Radii, SCALE_HEIGHTS_KM, TERMS, single};
+use sky_core::extended::{self, Coefficients, Radii, SCALE_HEIGHTS_KM, TERMS};
+use sky_core::quantity::single;
 use sky_core::quantity::{Angle, Length};
-use sky_core::sky_model::{Conditions, Yxy};
 use sky_core::utm_sky::{LOWEST_RING_BEND, LOWEST_RING_DEG};
 
 /// The cosine that the formula takes in place of a direction's, as [`SkyFrame`] has it.

@@ -11,16 +11,18 @@ mod published;
 use std::time::Instant;
 
 use anyhow::Result;
+use sky_core::color::Yxy;
+use sky_core::conditions::Conditions;
 use sky_core::direction::SkyDirection;
-use sky_core::metrics::{
-    SUN_EXCLUSION_DEG, Statistics, ciede2000_of_lights, is_clear_of_sun, white_luminance,
-};
 use sky_core::picture::Picture;
 use sky_core::quantity::{Angle, LUMINOUS_EFFICACY_LM_PER_W};
-use sky_core::sky_model::{Conditions, SkyModel, Yxy};
 use sky_core::utm_sky::UtmSky;
 use sky_gpu::headless::Headless;
 use sky_gpu::{Dome, SkyFrame, Tier};
+use sky_science::metrics::{
+    SUN_EXCLUSION_DEG, Statistics, ciede2000_of_lights, is_clear_of_sun, white_luminance,
+};
+use sky_science::sky_model::SkyModel;
 
 use crate::args::ChartArgs;
 use crate::bench_gpu::{CASES, Cost, Draw, STAGE_PLACE, STAGE_SUN_ZENITH_DEG, Stage, adapter_name};

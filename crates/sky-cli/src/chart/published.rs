@@ -2,9 +2,9 @@
 
 use anyhow::Result;
 use glam::Mat4;
-use sky_core::shader_sky::{SHADER_HEADER, SHADER_UNIFORMS, ShaderSky, ShaderTexture};
-use sky_core::sky_model::Conditions;
+use sky_core::conditions::Conditions;
 use sky_gpu::headless::Headless;
+use sky_science::shader_sky::{SHADER_HEADER, SHADER_UNIFORMS, ShaderSky, ShaderTexture};
 
 use crate::bench_gpu::Draw;
 

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use anyhow::Result;
-use sky_core::metrics::{ciede2000_of_lights, white_luminance};
-use sky_core::sky_model::{Conditions, Domain, SkyModel as _};
+use sky_core::conditions::{Conditions, Domain};
+use sky_science::metrics::{ciede2000_of_lights, white_luminance};
+use sky_science::sky_model::SkyModel as _;
 use sky_sim::optics::Constituents;
 
 use super::file::{SWITCHES, truth};

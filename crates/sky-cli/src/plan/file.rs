@@ -7,13 +7,14 @@ use anyhow::{Context as _, Result, anyhow, bail};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sky_core::axis::Axis;
+use sky_core::conditions::Domain;
 use sky_core::extended::TERM_NAMES;
 use sky_core::lut::{
     CHANNELS, ErrorQuantiles, FitStatistics, Form, Interpolation, Lut, LutHeader, Storage,
 };
-use sky_core::sky_model::{Domain, SkyModel};
 use sky_core::utm_sky::UtmSky;
 use sky_fit::sweep::{SkyMap, fit_turbidity};
+use sky_science::sky_model::SkyModel;
 use sky_sim::optics::{Constituents, OpticsSettings, WAVELENGTH_STEPS_NM};
 
 use super::scene::{Tolerance, range_within, within};

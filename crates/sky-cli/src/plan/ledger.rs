@@ -4,10 +4,12 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::Result;
+use sky_core::color::Yxy;
+use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::{SkyDirection, horizon_zenith};
 use sky_core::quantity::{Angle, Length};
-use sky_core::sky_model::{Conditions, Domain, OutsideDomain, SkyModel, Yxy};
 use sky_core::utm_sky::{Formula, UtmSky};
+use sky_science::sky_model::SkyModel;
 use sky_sim::plane_parallel;
 use sky_sim::transport::TransportSettings;
 

@@ -19,12 +19,15 @@ use std::time::Instant;
 
 use anyhow::{Result, anyhow, bail};
 use sky_core::aerial::AerialFrame;
-use sky_core::extended::{TERMS, single};
+use sky_core::color::Yxy;
+use sky_core::conditions::Domain;
+use sky_core::extended::TERMS;
 use sky_core::lut::{FitStatistics, Lut, LutHeader, Storage};
 use sky_core::quantity::Angle;
-use sky_core::sky_model::{Domain, SkyModel, Yxy};
+use sky_core::quantity::single;
 use sky_core::utm_sky::UtmSky;
 use sky_fit::sweep::{Grid, MapEquations, SkyMap, fit_turbidity};
+use sky_science::sky_model::SkyModel;
 use sky_sim::optics::Constituents;
 
 use crate::args::PlanArgs;

@@ -8,9 +8,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow, bail};
 use serde::{Deserialize, Serialize};
+use sky_core::conditions::Domain;
 use sky_core::haze::Haze;
 use sky_core::quantity::{Angle, Length};
-use sky_core::sky_model::Domain;
 use sky_core::solar_position::{GeoPlace, SolarPositionError, UtcTime, sun_position};
 
 use crate::files::read_text;

@@ -10,9 +10,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use anyhow::{Context as _, Result};
 use rayon::prelude::*;
 use sky_core::aerial::MOST_LAYERS;
+use sky_core::conditions::Domain;
 use sky_core::extended::{TERM_NAMES, TERMS};
 use sky_core::lut::{Lut, LutHeader, Storage};
-use sky_core::sky_model::Domain;
 use sky_core::utm_sky::UtmSky;
 use sky_fit::sweep::fit_turbidity;
 

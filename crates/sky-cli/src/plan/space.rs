@@ -9,15 +9,17 @@ use std::collections::BTreeMap;
 
 use anyhow::{Context as _, Result};
 use rayon::prelude::*;
+use sky_core::color::Yxy;
+use sky_core::conditions::{Conditions, Domain};
 use sky_core::direction::SkyDirection;
 use sky_core::lut::Form;
-use sky_core::metrics::{
+use sky_core::quantity::Angle;
+use sky_fit::sweep::{MapEquations, SkyMap};
+use sky_science::metrics::{
     SUN_EXCLUSION_DEG, Statistics, ciede2000_of_lights, is_clear_of_sun, relative_error,
     white_luminance,
 };
-use sky_core::quantity::Angle;
-use sky_core::sky_model::{Conditions, Domain, SkyModel, Yxy};
-use sky_fit::sweep::{MapEquations, SkyMap};
+use sky_science::sky_model::SkyModel;
 
 use crate::evaluate::{conditions, evaluation_directions};
 use crate::truth::TransportSky;

@@ -6,10 +6,10 @@
 use std::sync::LazyLock;
 
 use serde::Deserialize;
-use sky_core::color::color_matching_functions;
 use sky_core::direction::SkyDirection;
-use sky_core::perez::PerezCoefficients;
 use sky_core::quantity::Angle;
+use sky_science::cie::color_matching_functions;
+use sky_science::perez::PerezCoefficients;
 
 /// A row as printed.
 #[derive(Clone, Debug, PartialEq, Deserialize)]

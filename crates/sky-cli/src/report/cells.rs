@@ -1,7 +1,7 @@
 //! How well each node could be fitted.
 
 use anyhow::Result;
-use sky_core::sky_model::Conditions;
+use sky_core::conditions::Conditions;
 
 use super::chart::{HeatMap, color_bar, short};
 use super::long_table::LongTable;

@@ -1,6 +1,6 @@
 //! `report.csv`: every figure of the page as a row of one long table.
 
-use sky_core::sky_model::Conditions;
+use sky_core::conditions::Conditions;
 
 /// Rows so far.
 #[derive(Debug, Default)]

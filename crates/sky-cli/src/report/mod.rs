@@ -26,10 +26,12 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use sky_core::axis::Axis;
+use sky_core::color::Yxy;
+use sky_core::conditions::Conditions;
 use sky_core::lut::{Lut, LutHeader};
-use sky_core::sky_model::{Conditions, SkyModel, Yxy};
 use sky_core::utm_sky::UtmSky;
 use sky_fit::sweep::{Grid, NodeFit, SkyMap, Sweep};
+use sky_science::sky_model::SkyModel;
 use sky_sim::optics::OpticsSettings;
 use sky_sim::profile::AtmosphereProfile;
 
@@ -530,7 +532,7 @@ fn cell_reports(sky: &UtmSky, maps: &[SkyMap], nodes: &[NodeFit]) -> Result<Vec<
                 },
             },
         };
-        let p95 = |s: Option<sky_core::metrics::Statistics>| s.map_or(f64::NAN, |s| s.p95);
+        let p95 = |s: Option<sky_science::metrics::Statistics>| s.map_or(f64::NAN, |s| s.p95);
         cells.push(CellReport {
             conditions: *c,
             channels: vec![

@@ -6,15 +6,15 @@
 use anyhow::{Result, anyhow};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
-use sky_core::color::{
-    GamutMapping, LinearSrgb, encoded_from_linear, linear_srgb_from_xyz, map_to_gamut, xyz_from_yxy,
-};
+use sky_core::color::Yxy;
+use sky_core::color::{linear_srgb_from_xyz, xyz_from_yxy};
+use sky_core::conditions::Conditions;
 use sky_core::direction::{SkyDirection, horizon_zenith};
-use sky_core::metrics::{
+use sky_core::quantity::{Angle, single};
+use sky_core::tonemap::{encoded, in_gamut};
+use sky_science::metrics::{
     SUN_EXCLUSION_DEG, WHITE_PER_MEDIAN_LUMINANCE, ciede2000_of_lights, white_luminance,
 };
-use sky_core::quantity::Angle;
-use sky_core::sky_model::{Conditions, Yxy};
 
 use super::chart::heat_color;
 
@@ -153,9 +153,8 @@ fn tiles(
             .collect()
     };
     let developed = |map: &[Yxy]| {
-        render(conditions, grid, &linear(map), |[red, green, blue], _| {
-            let rgb = map_to_gamut(LinearSrgb { red, green, blue }, GamutMapping::Desaturate);
-            [rgb.red, rgb.green, rgb.blue].map(|c| byte(encoded_from_linear(c)))
+        render(conditions, grid, &linear(map), |rgb, _| {
+            in_gamut(rgb.map(single)).map(|c| byte(encoded(c).into()))
         })
     };
     let difference = |fit: &[Yxy]| {

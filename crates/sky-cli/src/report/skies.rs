@@ -1,9 +1,11 @@
 //! Pictures of the sky, and the paths of its colors as the sun sets.
 
 use anyhow::Result;
+use sky_core::color::Yxy;
+use sky_core::conditions::Conditions;
 use sky_core::direction::{SkyDirection, horizon_zenith};
-use sky_core::metrics::white_luminance;
-use sky_core::sky_model::{Conditions, SkyModel, Yxy};
+use sky_science::metrics::white_luminance;
+use sky_science::sky_model::SkyModel;
 
 use super::ReportInput;
 use super::appendix_a::spectral_locus;
@@ -38,7 +40,7 @@ pub(super) fn pictures(input: &ReportInput<'_>) -> Result<Section> {
             let found = fit.model.yxy_map(&here, &directions).ok();
             let images = triple(&here, &grid, &truth, found.as_deref())?;
             let median = white_luminance(&truth).unwrap_or(f64::NAN)
-                / sky_core::metrics::WHITE_PER_MEDIAN_LUMINANCE;
+                / sky_science::metrics::WHITE_PER_MEDIAN_LUMINANCE;
             body.push_str(&format!(
                 "<figure class=\"triple\"><figcaption>sun {}°, median {} cd/m²</figcaption>",
                 short(sun),

@@ -1,8 +1,8 @@
 //! How far the fits are from the truth: figures against targets, and error against altitude.
 
 use anyhow::Result;
+use sky_core::conditions::{Conditions, Domain};
 use sky_core::direction::horizon_zenith;
-use sky_core::sky_model::{Conditions, Domain};
 
 use super::chart::{Chart, Scale, Series, Stroke, short};
 use super::long_table::LongTable;

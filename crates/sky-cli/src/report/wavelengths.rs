@@ -1,7 +1,8 @@
 //! How coarse the wavelengths may be: color on 20, 10 and 5 nm steps against 1 nm.
 
+use sky_core::conditions::Conditions;
 use sky_core::direction::SkyDirection;
-use sky_core::sky_model::{Conditions, SkyModel};
+use sky_science::sky_model::SkyModel;
 use sky_sim::optics::OpticsSettings;
 use sky_sim::transport::TransportSettings;
 

@@ -5,12 +5,12 @@
 //! clamped in silence. Simplifications: the sun is that of one place, wherever one flies; no inertia.
 
 use glam::Mat3;
+use sky_core::conditions::{Conditions, Domain};
 use sky_core::haze::{
     Haze, HazeError, optical_depth_500_from_turbidity, turbidity_from_optical_depth_500,
     visual_range_from_optical_depth_500,
 };
 use sky_core::quantity::{Angle, Length};
-use sky_core::sky_model::{Conditions, Domain};
 use sky_core::solar_position::{GeoPlace, SolarPositionError, SunPosition, UtcTime, sun_position};
 
 use crate::render::{looking, world_direction};

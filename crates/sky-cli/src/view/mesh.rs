@@ -9,7 +9,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
-use sky_core::extended::single;
+use sky_core::quantity::single;
 
 use crate::terrain::ridges;
 

@@ -15,11 +15,11 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Result, anyhow, bail};
 use glam::Mat4;
-use sky_core::extended::single;
+use sky_core::conditions::{Conditions, Domain};
 use sky_core::haze::Haze;
 use sky_core::lut::{Lut, LutHeader};
+use sky_core::quantity::single;
 use sky_core::quantity::{Angle, Length};
-use sky_core::sky_model::{Conditions, Domain};
 use sky_core::solar_position::{GeoPlace, SunPosition, UtcTime};
 use sky_core::utm_sky::UtmSky;
 use sky_gpu::screen::{Screen, ScreenError};
@@ -200,7 +200,7 @@ struct App {
 
 impl App {
     fn new(args: &ViewArgs, sky: UtmSky, controls: Controls) -> Self {
-        let domain: Domain = *sky_core::sky_model::SkyModel::domain(&sky);
+        let domain: Domain = *sky_science::sky_model::SkyModel::domain(&sky);
         Self {
             lut: sky.lut().clone(),
             size: args.size,

@@ -2,8 +2,8 @@
 
 use clap::ValueEnum;
 use egui::{Color32, ComboBox, Grid, RichText, Slider, SliderClamping, Ui};
+use sky_core::conditions::Domain;
 use sky_core::quantity::{Angle, Length};
-use sky_core::sky_model::Domain;
 use sky_core::solar_position::{GeoPlace, SunPosition, UtcTime};
 
 use super::flight::{Edge, Flight, HazeWord, SPEEDS_KM_S, Sun};

@@ -1,21 +1,8 @@
-//! The one interface: every sky, ours or published, answers the same question.
-//!
-//! The sun's disc is never part of the answer.
+//! What a sky depends on besides the direction of view, and where a model is valid.
 
-use crate::direction::{SkyDirection, horizon_zenith};
+use crate::direction::horizon_zenith;
 use crate::quantity::{Angle, Length};
 use serde::{Deserialize, Serialize};
-
-/// Luminance and CIE 1931 2° chromaticity of a light.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Yxy {
-    /// Luminance Y \[cd·m⁻²\].
-    pub luminance_cd_m2: f64,
-    /// Chromaticity x.
-    pub x: f64,
-    /// Chromaticity y.
-    pub y: f64,
-}
 
 /// What the sky depends on besides the direction of view.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,23 +83,4 @@ impl Domain {
         }
         Ok(())
     }
-}
-
-/// A sky: its domain, and the light that an observer sees.
-pub trait SkyModel: Sync {
-    /// Short name for captions and tables.
-    fn name(&self) -> &str;
-
-    /// Where the model claims to be valid.
-    fn domain(&self) -> &Domain;
-
-    /// The light from several directions under one set of conditions.
-    ///
-    /// # Errors
-    /// When the conditions lie outside the domain.
-    fn yxy_map(
-        &self,
-        conditions: &Conditions,
-        directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain>;
 }

@@ -2,11 +2,11 @@
 //! indicatrix around the sun.
 //!
 //! The air mass comes in as a number, so that the printed 1/cos θ and a spherical mass both work;
-//! see [`crate::air_mass`]. Out of scope: the sun's disc, and any clamping of coefficients that do
+//! see [`sky_core::air_mass`]. Out of scope: the sun's disc, and any clamping of coefficients that do
 //! not describe a sky.
 
-use crate::quantity::Angle;
 use serde::{Deserialize, Serialize};
+use sky_core::quantity::Angle;
 
 /// The five coefficients of one channel.
 ///
@@ -158,8 +158,8 @@ impl PerezCoefficients {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::air_mass::plane_parallel_air_mass;
-    use crate::direction::SkyDirection;
+    use sky_core::air_mass::plane_parallel_air_mass;
+    use sky_core::direction::SkyDirection;
 
     // Preetham 1999, appendix A.2, at turbidity 3: slope · T + offset.
     const LUMINANCE: PerezCoefficients =

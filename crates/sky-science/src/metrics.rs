@@ -6,10 +6,9 @@
 use palette::color_difference::Ciede2000;
 use palette::white_point::D65;
 
-use crate::color::{Xyz, xyz_from_yxy};
-use crate::direction::SkyDirection;
-use crate::quantity::Angle;
-use crate::sky_model::Yxy;
+use sky_core::color::{Xyz, Yxy, xyz_from_yxy};
+use sky_core::direction::SkyDirection;
+use sky_core::quantity::Angle;
 
 /// Angle around the sun that comparisons leave out \[deg\].
 pub const SUN_EXCLUSION_DEG: f64 = 5.0;

@@ -3,7 +3,9 @@
 //! The portable subset: uniforms of four `f32`, one 2D texture, no storage buffers, no compute. Out
 //! of scope: pipelines, adapters, pixels.
 
-use crate::sky_model::{Conditions, OutsideDomain, SkyModel};
+use sky_core::conditions::{Conditions, OutsideDomain};
+
+use crate::sky_model::SkyModel;
 
 /// Vectors of four `f32` in the uniform buffer.
 pub const SHADER_UNIFORMS: usize = 96;
