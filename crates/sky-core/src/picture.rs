@@ -9,6 +9,28 @@ use crate::light::{SceneLight, SunDisc};
 use crate::quantity::single;
 use crate::utm_sky::{SkyFrame, UtmSky};
 
+/// A sky whose table has all that pictures need: the extended form, the air's extinction, and no more
+/// altitudes than a frame holds.
+#[derive(Clone, Debug)]
+pub struct DrawableSky(UtmSky);
+
+impl DrawableSky {
+    /// Checks a sky.
+    ///
+    /// # Errors
+    /// Names what its table lacks.
+    pub fn new(sky: UtmSky) -> Result<Self, AerialError> {
+        AerialFrame::check(&sky)?;
+        Ok(Self(sky))
+    }
+
+    /// The sky.
+    #[must_use]
+    pub const fn sky(&self) -> &UtmSky {
+        &self.0
+    }
+}
+
 /// Everything that a picture needs, for one observer, haze and sun.
 #[derive(Clone, Debug)]
 pub struct Picture {

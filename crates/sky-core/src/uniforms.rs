@@ -22,12 +22,12 @@
 use core::fmt::Write as _;
 
 use crate::aerial::{AerialFrame, MOST_LAYERS, SCATTERED_BEFORE, SECTIONS};
-use crate::extended::{SCALE_HEIGHTS_KM, TERMS, single};
+use crate::extended::{SCALE_HEIGHTS_KM, TERMS};
 use crate::extinction::{LEVEL_STEP_KM, LEVELS};
 use crate::hdr::{SCRGB_UNIT_NITS, SHOULDER};
 use crate::light::LIMB_DARKENING;
 use crate::picture::Picture;
-use crate::quantity::EARTH_RADIUS_KM;
+use crate::quantity::{EARTH_RADIUS_KM, single};
 use crate::utm_sky::{Formula, LOWEST_RING_BEND};
 
 /// Texels of a baked sky, across and up.

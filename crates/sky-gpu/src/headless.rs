@@ -2,7 +2,9 @@
 
 use thiserror::Error;
 
-use crate::renderer::{SkyRenderer, Tier};
+use crate::renderer::{SkyRenderer, Timing};
+use crate::tier::Tier;
+use crate::view::View;
 
 /// Largest picture that is drawn \[pixels a side\].
 pub const LARGEST_SIDE: u32 = 8192;
@@ -118,21 +120,22 @@ impl Headless {
         }))
     }
 
-    /// Draws the sky of the first camera on a target, what `over` adds, and submits it.
+    /// Draws a view's sky on a target, what `over` adds, and submits it.
     pub fn draw(
         &self,
-        renderer: &mut SkyRenderer,
+        renderer: &SkyRenderer,
+        view: &mut View,
         target: &wgpu::TextureView,
         tier: Tier,
-        over: impl FnOnce(&SkyRenderer, &mut wgpu::RenderPass<'_>),
+        over: impl FnOnce(&View, &mut wgpu::RenderPass<'_>),
     ) {
         let mut encoder = self
             .device
             .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        renderer.prepare(&mut encoder, tier);
+        renderer.prepare(&self.queue, &mut encoder, view, tier);
         let mut pass = Self::pass(&mut encoder, target, None);
-        renderer.draw(&mut pass, 0, tier);
-        over(renderer, &mut pass);
+        renderer.draw(&mut pass, view);
+        over(view, &mut pass);
         drop(pass);
         self.queue.submit([encoder.finish()]);
     }
@@ -142,7 +145,7 @@ impl Headless {
     pub fn pass<'a>(
         encoder: &'a mut wgpu::CommandEncoder,
         view: &'a wgpu::TextureView,
-        timing: Option<crate::Timing<'a>>,
+        timing: Option<Timing<'a>>,
     ) -> wgpu::RenderPass<'a> {
         encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("picture"),
