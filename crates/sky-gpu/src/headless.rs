@@ -66,6 +66,14 @@ impl Headless {
     /// # Errors
     /// When there is none.
     pub fn new() -> Result<Self, HeadlessError> {
+        Self::with_features(wgpu::Features::empty())
+    }
+
+    /// The same with features of wgpu that it must have.
+    ///
+    /// # Errors
+    /// When there is no device, or none with these features.
+    pub fn with_features(required: wgpu::Features) -> Result<Self, HeadlessError> {
         let mut wanted = wgpu::InstanceDescriptor::new_without_display_handle();
         wanted.backends = wgpu::Backends::PRIMARY;
         let instance = wgpu::Instance::new(wanted);
@@ -73,16 +81,16 @@ impl Headless {
             power_preference: wgpu::PowerPreference::HighPerformance,
             ..wgpu::RequestAdapterOptions::default()
         }))?;
-        let features = adapter.features() & wgpu::Features::TIMESTAMP_QUERY;
+        let timed = adapter.features() & wgpu::Features::TIMESTAMP_QUERY;
         let (device, queue) =
             pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
                 label: Some("sky"),
-                required_features: features,
+                required_features: timed | required,
                 required_limits:
                     wgpu::Limits::downlevel_webgl2_defaults().using_resolution(adapter.limits()),
                 ..wgpu::DeviceDescriptor::default()
             }))?;
-        let timestamp_ns = (!features.is_empty()).then(|| queue.get_timestamp_period());
+        let timestamp_ns = (!timed.is_empty()).then(|| queue.get_timestamp_period());
         Ok(Self {
             info: adapter.get_info(),
             device,
