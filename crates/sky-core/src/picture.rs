@@ -3,33 +3,11 @@
 //! Twin of the entry points in `shaders/`: the picture where there is no GPU.
 
 use crate::aerial::AerialFrame;
-use crate::aerial::{AerialError, distance_to_ground};
-use crate::conditions::Conditions;
+use crate::aerial::distance_to_ground;
+use crate::conditions::{Conditions, OutsideDomain};
 use crate::light::{SceneLight, SunDisc};
 use crate::quantity::single;
 use crate::utm_sky::{SkyFrame, UtmSky};
-
-/// A sky whose table has all that pictures need: the extended form, the air's extinction, and no more
-/// altitudes than a frame holds.
-#[derive(Clone, Debug)]
-pub struct DrawableSky(UtmSky);
-
-impl DrawableSky {
-    /// Checks a sky.
-    ///
-    /// # Errors
-    /// Names what its table lacks.
-    pub fn new(sky: UtmSky) -> Result<Self, AerialError> {
-        AerialFrame::check(&sky)?;
-        Ok(Self(sky))
-    }
-
-    /// The sky.
-    #[must_use]
-    pub const fn sky(&self) -> &UtmSky {
-        &self.0
-    }
-}
 
 /// Everything that a picture needs, for one observer, haze and sun.
 #[derive(Clone, Debug)]
@@ -50,12 +28,12 @@ impl Picture {
     /// Gathers it. No allocation.
     ///
     /// # Errors
-    /// As [`AerialFrame::new`].
+    /// When the conditions lie outside the table's domain.
     pub fn new(
         sky: &UtmSky,
         conditions: &Conditions,
         ground_albedo: f32,
-    ) -> Result<Self, AerialError> {
+    ) -> Result<Self, OutsideDomain> {
         let frame = sky.frame(conditions)?;
         let air = AerialFrame::new(sky, conditions.turbidity, conditions.sun_zenith)?;
         let altitude_km = single(conditions.observer_altitude.km());

@@ -21,14 +21,14 @@
 
 use core::fmt::Write as _;
 
-use crate::aerial::{AerialFrame, MOST_LAYERS, SCATTERED_BEFORE, SECTIONS};
+use crate::aerial::{AerialFrame, SCATTERED_BEFORE, SECTIONS};
 use crate::extended::{SCALE_HEIGHTS_KM, TERMS};
 use crate::extinction::{LEVEL_STEP_KM, LEVELS};
 use crate::hdr::{SCRGB_UNIT_NITS, SHOULDER};
 use crate::light::LIMB_DARKENING;
 use crate::picture::Picture;
 use crate::quantity::{EARTH_RADIUS_KM, single};
-use crate::utm_sky::{Formula, LOWEST_RING_BEND};
+use crate::utm_sky::{HORIZON_SLACK, LOWEST_RING_BEND, MAX_LAYERS};
 
 /// Texels of a baked sky, across and up.
 pub const BAKED_SIZE: [u32; 2] = [160, 192];
@@ -36,8 +36,6 @@ pub const BAKED_SIZE: [u32; 2] = [160, 192];
 pub const BAKED_GROUND: u32 = 40;
 /// Rings of the dome below the horizon.
 pub const GROUND_RINGS: u16 = 6;
-/// How far below the horizon, in the cosine, a direction still counts as sky: `f32` resolves 1e-7.
-pub const HORIZON_SLACK: f32 = 2e-7;
 
 /// A number that shaders and Rust share.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -396,8 +394,8 @@ uniform! {
     /// The air between an observer and objects for one haze and sun: the sky of every altitude, and
     /// the extinction at four wavelengths.
     AerialUniform {
-        coefficients: array(TERMS * MOST_LAYERS), "1", "of ln Y, x and y for each product, altitude node by altitude node";
-        node_altitudes_km: array(MOST_LAYERS / 4), "km", "altitudes of the nodes, four a vector";
+        coefficients: array(TERMS * MAX_LAYERS), "1", "of ln Y, x and y for each product, altitude node by altitude node";
+        node_altitudes_km: array(MAX_LAYERS / 4), "km", "altitudes of the nodes, four a vector";
         air_per_km: vec4, "km⁻¹", "scattering coefficient of the air at the ground, at four wavelengths";
         gas_per_km: vec4, "km⁻¹", "absorption coefficient of the gases where they are densest";
         haze_per_km: vec4, "km⁻¹", "extinction coefficient of the haze at the ground";
@@ -483,15 +481,10 @@ impl SkyUniform {
         display: DisplaySettings,
         baked_scale: f32,
     ) -> Self {
-        let coefficients = match *picture.sky.formula() {
-            Formula::Extended(coefficients) => coefficients,
-            // a picture is made of the extended form alone
-            Formula::Perez(_) => Default::default(),
-        };
         let radii = picture.sky.radii();
         let sun = &picture.sun;
         Self {
-            coefficients,
+            coefficients: *picture.sky.coefficients(),
             radii: radii.scale_heights,
             radii_roots: radii.roots,
             sun_sin_cos: picture.sky.sun(),
@@ -525,11 +518,11 @@ impl AerialUniform {
     /// From the frame.
     #[must_use]
     pub fn new(air: &AerialFrame) -> Self {
-        let mut coefficients = [[0.0; 4]; TERMS * MOST_LAYERS];
+        let mut coefficients = [[0.0; 4]; TERMS * MAX_LAYERS];
         for (to, from) in coefficients.iter_mut().zip(air.coefficients.iter().flatten()) {
             *to = *from;
         }
-        let mut node_altitudes_km = [[0.0; 4]; MOST_LAYERS / 4];
+        let mut node_altitudes_km = [[0.0; 4]; MAX_LAYERS / 4];
         let places = node_altitudes_km.iter_mut().flatten();
         for (to, from) in places.zip(air.altitude_km) {
             *to = from;

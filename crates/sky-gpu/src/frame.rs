@@ -1,8 +1,7 @@
 //! What a frame's sky depends on: observer, haze, sun, exposure.
 
 use glam::Vec3;
-use sky_core::aerial::AerialError;
-use sky_core::conditions::{Conditions, Domain};
+use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::haze::{Haze, HazeError};
 use sky_core::picture::Picture;
 use sky_core::quantity::{Angle, Length};
@@ -72,7 +71,7 @@ pub enum FrameError {
     Haze(#[from] HazeError),
     /// Conditions outside the table's domain.
     #[error(transparent)]
-    Sky(#[from] AerialError),
+    Domain(#[from] OutsideDomain),
 }
 
 impl FrameSettings {

@@ -6,9 +6,9 @@
 //! ```no_run
 //! # fn frame(device: &wgpu::Device, queue: &wgpu::Queue, encoder: &mut wgpu::CommandEncoder,
 //! #     target: &wgpu::TextureView) -> Result<(), Box<dyn std::error::Error>> {
-//! use sky_gpu::{Camera, DrawableSky, FrameSettings, Output, SkyRenderer, SkyRendererOptions, Tier, UtmSky, wgpu};
+//! use sky_gpu::{Camera, FrameSettings, Output, SkyRenderer, SkyRendererOptions, Tier, UtmSky, wgpu};
 //! // once
-//! let table = DrawableSky::new(UtmSky::embedded()?)?;
+//! let table = UtmSky::embedded()?;
 //! let options = SkyRendererOptions::new(wgpu::TextureFormat::Bgra8Unorm, Output::Display);
 //! let sky = SkyRenderer::new(device, &table, &options);
 //! let mut view = sky.view(device);
@@ -66,7 +66,7 @@ pub use layouts::{baked_layout, frame_layout};
 pub use options::{Output, SkyRendererOptions, sky_depth};
 pub use renderer::{Nearest, SkyRenderer, Timing};
 pub use sky_core::haze::Haze;
-pub use sky_core::picture::{DrawableSky, Picture};
+pub use sky_core::picture::Picture;
 pub use sky_core::quantity::{Angle, Length};
 pub use sky_core::tonemap::Tone;
 pub use sky_core::utm_sky::UtmSky;

@@ -1,9 +1,10 @@
 //! The renderer: it draws the skies of views.
 
 use sky_core::conditions::Conditions;
-use sky_core::picture::{DrawableSky, Picture};
+use sky_core::picture::Picture;
 use sky_core::tonemap::luminance;
 use sky_core::uniforms::{BAKED_GROUND, BAKED_SIZE, DisplaySettings, SkyUniform};
+use sky_core::utm_sky::UtmSky;
 
 use crate::camera::Camera;
 use crate::frame::{FrameError, FrameSettings, mean, nearest};
@@ -23,7 +24,7 @@ const BAKED_MEAN: f32 = 16.0;
 /// where a finished scene lies in textures [`Self::composite`].
 #[derive(Debug)]
 pub struct SkyRenderer {
-    sky: DrawableSky,
+    sky: UtmSky,
     options: SkyRendererOptions,
     layouts: Layouts,
     pipelines: Pipelines,
@@ -63,7 +64,7 @@ impl SkyRenderer {
     /// What wgpu refuses (a format that cannot be drawn to, a sample count that the device lacks) it
     /// refuses in its own way, by the device's error handler.
     #[must_use]
-    pub fn new(device: &wgpu::Device, sky: &DrawableSky, options: &SkyRendererOptions) -> Self {
+    pub fn new(device: &wgpu::Device, sky: &UtmSky, options: &SkyRendererOptions) -> Self {
         let layouts = Layouts::new(device, options);
         Self {
             sky: sky.clone(),
@@ -81,7 +82,7 @@ impl SkyRenderer {
 
     /// The table.
     #[must_use]
-    pub const fn sky(&self) -> &DrawableSky {
+    pub const fn sky(&self) -> &UtmSky {
         &self.sky
     }
 
@@ -112,7 +113,7 @@ impl SkyRenderer {
         frame: &FrameSettings,
     ) -> Result<Nearest<'a>, FrameError> {
         let asked = frame.conditions()?;
-        let domain = &self.sky.sky().lut().header().domain;
+        let domain = self.sky.domain();
         let shown = match domain.check(&asked) {
             Ok(()) => asked,
             Err(_) => nearest(domain, &asked),
@@ -131,7 +132,8 @@ impl SkyRenderer {
         frame: &FrameSettings,
         conditions: &Conditions,
     ) -> Result<&'a Picture, FrameError> {
-        let mut picture = Picture::new(self.sky.sky(), conditions, frame.ground_albedo)?;
+        let mut picture = Picture::new(&self.sky, conditions, frame.ground_albedo)
+            .map_err(|outside| outside.in_words_of(frame.haze))?;
         if !frame.sun_disc {
             (picture.sun.upper, picture.sun.lower) = ([0.0; 3], [0.0; 3]);
         }

@@ -6,8 +6,8 @@ use sky_gpu::glam::{Mat3, Mat4, Vec3};
 use sky_gpu::headless::{Headless, HeadlessError};
 use sky_gpu::wgpu::util::DeviceExt as _;
 use sky_gpu::{
-    Camera, DrawableSky, Exposure, FrameError, FrameSettings, Haze, Length, Output, Picture,
-    SkyRenderer, SkyRendererOptions, Tier, View, frame_layout, shader, sky_depth, wgpu,
+    Camera, Exposure, FrameError, FrameSettings, Haze, Length, Output, Picture,
+    SkyRenderer, SkyRendererOptions, Tier, UtmSky, View, frame_layout, shader, sky_depth, wgpu,
 };
 
 /// Light \[cd·m⁻²\] as it is, in 32 bits: half of `Rgba16Float`.
@@ -196,7 +196,7 @@ impl App {
         let gpu = Headless::with_features(wgpu::Features::RG11B10UFLOAT_RENDERABLE)?;
         let device = &gpu.device;
         // (1) once: the table, and what is drawn to
-        let table = DrawableSky::new(sky_gpu::UtmSky::embedded()?)?;
+        let table = UtmSky::embedded()?;
         let options = SkyRendererOptions {
             depth_stencil: Some(sky_depth(DEPTH, true)),
             sample_count: SAMPLES,
@@ -217,7 +217,7 @@ impl App {
             }],
         });
         // the towers are lit as at the first observer's place
-        let lit = Picture::new(table.sky(), &frame(OBSERVERS[0]).conditions()?, 0.2)?;
+        let lit = Picture::new(&table, &frame(OBSERVERS[0]).conditions()?, 0.2)?;
         let corners = corners(&lit);
         let bytes: Vec<u8> = corners.iter().flat_map(|f| f.to_ne_bytes()).collect();
         Ok(Self {
