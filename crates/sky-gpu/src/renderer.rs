@@ -74,7 +74,7 @@ impl SkyRenderer {
         }
     }
 
-    /// A view of its own: an observer and a camera. 254 KiB on the device.
+    /// A view of its own: an observer and a camera. 247 KiB on the device.
     #[must_use]
     pub fn view(&self, device: &wgpu::Device) -> View {
         View::new(device, &self.layouts)
