@@ -78,7 +78,10 @@ fn expected(sky: &UtmSky, window: &Window, lit: &Picture, x: u32, y: u32) -> Exp
                 picture.behind_air(local, distance / 1000.0, wall_light(lit, normal))
             },
         ),
-        is_plain: !plain.2 && corners.iter().all(|[a, b]| kind(ray(px + a, py + b)) == plain),
+        is_plain: !plain.2
+            && corners
+                .iter()
+                .all(|[a, b]| kind(ray(px + a, py + b)) == plain),
         is_tower: here.is_some(),
     }
 }
@@ -143,6 +146,9 @@ fn a17_no_pixel_of_a_float_target_is_infinite() {
         let [red, green, blue] = pixels[32 * 64 + 32];
         // as bright as the format allows, and still of the sun's color: red above blue
         assert!(red > 60_000.0, "{tier:?}: {red}");
-        assert!(blue < green && green < red, "{tier:?}: {red} {green} {blue}");
+        assert!(
+            blue < green && green < red,
+            "{tier:?}: {red} {green} {blue}"
+        );
     }
 }

@@ -136,9 +136,7 @@ fn drawn(
 fn floats(bytes: &[u8]) -> Vec<[f32; 3]> {
     bytes
         .chunks_exact(16)
-        .map(|p| {
-            [0, 4, 8].map(|c| f32::from_le_bytes([p[c], p[c + 1], p[c + 2], p[c + 3]]))
-        })
+        .map(|p| [0, 4, 8].map(|c| f32::from_le_bytes([p[c], p[c + 1], p[c + 2], p[c + 3]])))
         .collect()
 }
 
@@ -229,7 +227,10 @@ fn the_sky_is_drawn_at_the_far_depth_reversed_and_forward() {
             for (i, found) in shown(far).into_iter().enumerate() {
                 let expected = picture(&frame).color(local(&camera, &frame, i));
                 let off = (found[1] / expected[1] - 1.0).abs();
-                assert!(off < 0.06, "{tier:?} {i}: {found:?}, evaluator {expected:?}");
+                assert!(
+                    off < 0.06,
+                    "{tier:?} {i}: {found:?}, evaluator {expected:?}"
+                );
             }
         }
     }
@@ -244,8 +245,11 @@ fn hdr_outputs_are_their_twins() {
     let (white_nits, peak_nits) = (203.0, 600.0);
     let camera = camera();
     let picture = picture(&frame);
-    let exposed =
-        |i| picture.color(local(&camera, &frame, i)).map(|light| light * 3e-4);
+    let exposed = |i| {
+        picture
+            .color(local(&camera, &frame, i))
+            .map(|light| light * 3e-4)
+    };
 
     let format = wgpu::TextureFormat::Rgb10a2Unorm;
     let output = Output::Hdr10 {
@@ -261,7 +265,11 @@ fn hdr_outputs_are_their_twins() {
             let level = (texel >> (10 * c) & 1023) as f32;
             // half a level of rounding, one of noise, and the drivers' pow
             let off = (level - 1023.0 * expected).abs();
-            assert!(off <= 2.0, "{i} {c}: level {level}, twin {}", 1023.0 * expected);
+            assert!(
+                off <= 2.0,
+                "{i} {c}: level {level}, twin {}",
+                1023.0 * expected
+            );
         }
     }
 
@@ -275,7 +283,10 @@ fn hdr_outputs_are_their_twins() {
         let expected = scrgb(exposed(i), white_nits, peak_nits);
         for c in 0..3 {
             let off = (found[c] - expected[c]).abs();
-            assert!(off <= 2e-3 * expected[c].abs().max(0.1), "{i}: {found:?}, twin {expected:?}");
+            assert!(
+                off <= 2e-3 * expected[c].abs().max(0.1),
+                "{i}: {found:?}, twin {expected:?}"
+            );
         }
     }
 }
@@ -440,7 +451,8 @@ fn a_multisampled_depth_is_composited_without_a_seam() {
                 core::array::from_fn(|c| object[c].max(sky[c])),
             ),
         };
-        seen[usize::from(clip[0] >= edge - 1.5 * pixel) + usize::from(clip[0] > edge + 1.5 * pixel)] += 1;
+        seen[usize::from(clip[0] >= edge - 1.5 * pixel)
+            + usize::from(clip[0] > edge + 1.5 * pixel)] += 1;
         for c in 0..3 {
             let slack = 4e-3 * high[c].abs();
             assert!(

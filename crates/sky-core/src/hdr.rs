@@ -33,7 +33,13 @@ pub fn rolled_off(nits: [f32; 3], peak: f32) -> [f32; 3] {
 /// Rec.2020 from linear sRGB; colors outside it end on its edge.
 #[must_use]
 pub fn rec2020_from_linear_srgb(rgb: [f32; 3]) -> [f32; 3] {
-    REC2020_FROM_LINEAR_SRGB.map(|row| row.iter().zip(rgb).map(|(m, c)| m * c).sum::<f32>().max(0.0))
+    REC2020_FROM_LINEAR_SRGB.map(|row| {
+        row.iter()
+            .zip(rgb)
+            .map(|(m, c)| m * c)
+            .sum::<f32>()
+            .max(0.0)
+    })
 }
 
 /// The perceptual quantizer of a display's light \[cd·m⁻²\], 0–1. Source: SMPTE ST 2084, ITU-R

@@ -252,21 +252,45 @@ impl<T: Floats, const N: usize> Floats for [T; N] {
 }
 
 macro_rules! rust_type {
-    (f32) => { f32 };
-    (vec2) => { [f32; 2] };
-    (vec3) => { [f32; 3] };
-    (vec4) => { [f32; 4] };
-    (mat4) => { [[f32; 4]; 4] };
-    (array $count:expr) => { [[f32; 4]; $count] };
+    (f32) => {
+        f32
+    };
+    (vec2) => {
+        [f32; 2]
+    };
+    (vec3) => {
+        [f32; 3]
+    };
+    (vec4) => {
+        [f32; 4]
+    };
+    (mat4) => {
+        [[f32; 4]; 4]
+    };
+    (array $count:expr) => {
+        [[f32; 4]; $count]
+    };
 }
 
 macro_rules! kind {
-    (f32) => { Kind::F32 };
-    (vec2) => { Kind::Vec2 };
-    (vec3) => { Kind::Vec3 };
-    (vec4) => { Kind::Vec4 };
-    (mat4) => { Kind::Mat4 };
-    (array $count:expr) => { Kind::Array($count) };
+    (f32) => {
+        Kind::F32
+    };
+    (vec2) => {
+        Kind::Vec2
+    };
+    (vec3) => {
+        Kind::Vec3
+    };
+    (vec4) => {
+        Kind::Vec4
+    };
+    (mat4) => {
+        Kind::Mat4
+    };
+    (array $count:expr) => {
+        Kind::Array($count)
+    };
 }
 
 /// Declares a uniform: for each member its name, type, unit and meaning.
@@ -519,7 +543,10 @@ impl AerialUniform {
     #[must_use]
     pub fn new(air: &AerialFrame) -> Self {
         let mut coefficients = [[0.0; 4]; TERMS * MAX_LAYERS];
-        for (to, from) in coefficients.iter_mut().zip(air.coefficients.iter().flatten()) {
+        for (to, from) in coefficients
+            .iter_mut()
+            .zip(air.coefficients.iter().flatten())
+        {
             *to = *from;
         }
         let mut node_altitudes_km = [[0.0; 4]; MAX_LAYERS / 4];
@@ -665,6 +692,9 @@ mod tests {
         let [a, b] = [SkyUniform::MEMBERS[1], SkyUniform::MEMBERS[6]];
         assert!(!is_laid_out(&[a], a.bytes), "does not begin at 0");
         let b = Member { offset: 0, ..b };
-        assert!(!is_laid_out(&[b], b.bytes), "12 bytes are no multiple of 16");
+        assert!(
+            !is_laid_out(&[b], b.bytes),
+            "12 bytes are no multiple of 16"
+        );
     }
 }

@@ -315,7 +315,10 @@ mod tests {
                     let seen = camera
                         .direction([clip.x / clip.w, clip.y / clip.w])
                         .expect("a direction");
-                    assert!((seen - place.normalize()).length() < 1e-5, "{place}: {seen}");
+                    assert!(
+                        (seen - place.normalize()).length() < 1e-5,
+                        "{place}: {seen}"
+                    );
                 }
             }
         }

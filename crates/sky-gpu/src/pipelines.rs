@@ -122,13 +122,16 @@ impl Pipelines {
             sample_count: options.sample_count,
         };
         // a scene's own depth decides what is laid over what
-        let over = target(options.depth_stencil.clone().map(|state| {
-            wgpu::DepthStencilState {
-                depth_write_enabled: Some(false),
-                depth_compare: Some(wgpu::CompareFunction::Always),
-                ..state
-            }
-        }));
+        let over = target(
+            options
+                .depth_stencil
+                .clone()
+                .map(|state| wgpu::DepthStencilState {
+                    depth_write_enabled: Some(false),
+                    depth_compare: Some(wgpu::CompareFunction::Always),
+                    ..state
+                }),
+        );
         let target = target(options.depth_stencil.clone());
         let half = Target {
             format: BAKED_FORMAT,
@@ -136,14 +139,11 @@ impl Pipelines {
             sample_count: 1,
         };
         let frame = Some(&layouts.frame);
-        let (with_baked, with_scene) = (
-            [frame, Some(&layouts.baked)],
-            [frame, Some(&layouts.scene)],
-        );
+        let (with_baked, with_scene) =
+            ([frame, Some(&layouts.baked)], [frame, Some(&layouts.scene)]);
         let output = options.output;
-        let make = |program, groups: &[_], target| {
-            Maker::new(device, program, output, groups, target)
-        };
+        let make =
+            |program, groups: &[_], target| Maker::new(device, program, output, groups, target);
         let sky = make(shader::SKY_PROGRAM, &with_baked, &target);
         let bake = sky.with(&[frame], &half);
         let dome = make(shader::DOME_PROGRAM, &[frame], &target);

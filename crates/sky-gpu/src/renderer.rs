@@ -144,20 +144,17 @@ impl SkyRenderer {
             conditions.sun_zenith.radians(),
         ];
         let local = frame.local_axes();
-        Ok(view.take(queue, picture, local, place, scale, |picture, scale| {
-            let axes = local.map(|axis| axis.to_array());
-            SkyUniform::new(picture, axes, self.display(frame, picture), scale)
-        }))
+        Ok(
+            view.take(queue, picture, local, place, scale, |picture, scale| {
+                let axes = local.map(|axis| axis.to_array());
+                SkyUniform::new(picture, axes, self.display(frame, picture), scale)
+            }),
+        )
     }
 
     /// Paints stripes in place of a view's sky until the next update that succeeds: what lies outside
     /// the domain is never a silent wrong sky. Nothing before the first update.
-    pub fn show_outside_domain(
-        &self,
-        queue: &wgpu::Queue,
-        view: &mut View,
-        frame: &FrameSettings,
-    ) {
+    pub fn show_outside_domain(&self, queue: &wgpu::Queue, view: &mut View, frame: &FrameSettings) {
         if let Some(picture) = view.picture() {
             let axes = view.local().map(|axis| axis.to_array());
             let uniform = SkyUniform {

@@ -6,8 +6,8 @@ use sky_gpu::glam::{Mat3, Mat4, Vec3};
 use sky_gpu::headless::{Headless, HeadlessError};
 use sky_gpu::wgpu::util::DeviceExt as _;
 use sky_gpu::{
-    Camera, Exposure, FrameError, FrameSettings, Haze, Length, Output, Picture,
-    SkyRenderer, SkyRendererOptions, Tier, UtmSky, View, frame_layout, shader, sky_depth, wgpu,
+    Camera, Exposure, FrameError, FrameSettings, Haze, Length, Output, Picture, SkyRenderer,
+    SkyRendererOptions, Tier, UtmSky, View, frame_layout, shader, sky_depth, wgpu,
 };
 
 /// Light \[cd·m⁻²\] as it is, in 32 bits: half of `Rgba16Float`.
@@ -153,7 +153,8 @@ fn pipeline(device: &wgpu::Device, eye: &wgpu::BindGroupLayout) -> wgpu::RenderP
 pub(crate) fn wall_light(picture: &Picture, normal: Vec3) -> [f32; 3] {
     let sun = Vec3::from(SUN).normalize().dot(normal).max(0.0);
     let light = &picture.light;
-    [0.30, 0.24, 0.18].map(|albedo| albedo / core::f32::consts::PI)
+    [0.30, 0.24, 0.18]
+        .map(|albedo| albedo / core::f32::consts::PI)
         .into_iter()
         .enumerate()
         .map(|(c, albedo)| {
@@ -273,7 +274,8 @@ impl App {
             // (4) every frame: what the view shows, before its pass
             self.sky.update(queue, &mut window.view, &window.frame)?;
             self.sky.set_camera(queue, &mut window.view, &window.camera);
-            self.sky.prepare(queue, &mut encoder, &mut window.view, tier);
+            self.sky
+                .prepare(queue, &mut encoder, &mut window.view, tier);
             self.look(window);
             let mut pass = window.pass(&mut encoder);
             // (5) in the pass that the engine has: at the far depth, before the scene or after it
