@@ -18,10 +18,10 @@ const SIZE: [u32; 2] = [160, 90];
 /// have 6 bits behind the point, blue 5, and a mean of four samples is rounded twice.
 const OFF: f32 = 0.035;
 
-/// What a ray from a place meets first: distance \[m\] and the wall's direction outward.
-fn hit(eye: Vec3, seen: Vec3) -> Option<(f32, Vec3)> {
-    let mut first: Option<(f32, Vec3)> = None;
-    for [east, north, half, height] in TOWERS {
+/// What a ray from a place meets first: distance \[m\], the wall's direction outward, which tower.
+fn hit(eye: Vec3, seen: Vec3) -> Option<(f32, Vec3, usize)> {
+    let mut first: Option<(f32, Vec3, usize)> = None;
+    for (tower, [east, north, half, height]) in TOWERS.into_iter().enumerate() {
         let low = Vec3::new(east - half, north - half, 0.0) - eye;
         let high = Vec3::new(east + half, north + half, height) - eye;
         let (a, b) = (low / seen, high / seen);
@@ -29,8 +29,8 @@ fn hit(eye: Vec3, seen: Vec3) -> Option<(f32, Vec3)> {
         let distance = enter.max_element();
         if distance > 0.0 && distance <= leave.min_element() {
             let axis = [Vec3::X, Vec3::Y, Vec3::Z][enter.max_position()];
-            if first.is_none_or(|(least, _)| distance < least) {
-                first = Some((distance, -axis * seen.dot(axis).signum()));
+            if first.is_none_or(|(least, ..)| distance < least) {
+                first = Some((distance, -axis * seen.dot(axis).signum(), tower));
             }
         }
     }
@@ -64,7 +64,7 @@ fn expected(sky: &UtmSky, window: &Window, lit: &Picture, x: u32, y: u32) -> Exp
     let sun = Vec3::from(SUN).normalize();
     let kind = |(seen, local): (Vec3, [f32; 3])| {
         (
-            hit(eye, seen).map(|(_, normal)| normal.to_array().map(f32::to_bits)),
+            hit(eye, seen).map(|(_, normal, tower)| (normal.to_array().map(f32::to_bits), tower)),
             local[2] >= picture.sky.cos_horizon(),
             seen.dot(sun) > 0.999_98,
         )
@@ -74,7 +74,7 @@ fn expected(sky: &UtmSky, window: &Window, lit: &Picture, x: u32, y: u32) -> Exp
     Expected {
         light: here.map_or_else(
             || picture.color(local),
-            |(distance, normal)| {
+            |(distance, normal, _)| {
                 picture.behind_air(local, distance / 1000.0, wall_light(lit, normal))
             },
         ),
