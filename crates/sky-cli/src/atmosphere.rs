@@ -13,30 +13,6 @@ use sky_sim::solar::{SolarError, SolarSpectrum};
 use crate::args::{AtmosphereArgs, Constituent, HazeArgs, WavelengthStep};
 use crate::files::read_text;
 
-/// The profiles that can be named instead of a file: name, file and content.
-const SHIPPED_PROFILES: [[&str; 3]; 4] = [
-    [
-        "general",
-        "profiles/general.csv",
-        include_str!("../../../profiles/general.csv"),
-    ],
-    [
-        "utm2005",
-        "profiles/utm2005.csv",
-        include_str!("../../../profiles/utm2005.csv"),
-    ],
-    [
-        "tropical",
-        "profiles/tropical.csv",
-        include_str!("../../../profiles/tropical.csv"),
-    ],
-    [
-        "subarctic_winter",
-        "profiles/subarctic_winter.csv",
-        include_str!("../../../profiles/subarctic_winter.csv"),
-    ],
-];
-
 /// Ångström's exponent where only β is given (Ångström 1961: 1.3 for natural haze).
 const DEFAULT_ANGSTROM_EXPONENT: f64 = 1.3;
 
@@ -45,9 +21,9 @@ const DEFAULT_ANGSTROM_EXPONENT: f64 = 1.3;
 /// # Errors
 /// When the file cannot be read or its table is wrong.
 pub fn load_profile(path_or_name: &Path) -> Result<AtmosphereProfile> {
-    for [name, file, text] in SHIPPED_PROFILES {
-        if path_or_name.as_os_str() == name {
-            return Ok(AtmosphereProfile::from_csv_str(file, text)?);
+    for shipped in sky_profiles::ALL {
+        if path_or_name.as_os_str() == shipped.name {
+            return Ok(AtmosphereProfile::from_csv_str(shipped.file, shipped.csv)?);
         }
     }
     let text = read_text(path_or_name)?;
@@ -62,11 +38,11 @@ pub fn load_profile(path_or_name: &Path) -> Result<AtmosphereProfile> {
 /// # Errors
 /// When the file cannot be read.
 pub fn profile_hash(path_or_name: &Path) -> Result<String> {
-    let shipped = SHIPPED_PROFILES
+    let shipped = sky_profiles::ALL
         .iter()
-        .find(|[name, ..]| path_or_name.as_os_str() == *name);
+        .find(|shipped| path_or_name.as_os_str() == shipped.name);
     let digest = match shipped {
-        Some([_, _, text]) => Sha256::digest(text),
+        Some(shipped) => Sha256::digest(shipped.csv),
         None => Sha256::digest(read_text(path_or_name)?),
     };
     Ok(format!("{digest:x}"))

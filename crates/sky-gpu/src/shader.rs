@@ -4,38 +4,38 @@
 pub type Part = (&'static str, &'static str);
 
 macro_rules! part {
-    ($name:literal) => {
-        ($name, include_str!(concat!("../../../shaders/", $name)))
+    ($name:literal, $text:ident) => {
+        ($name, sky_shaders::$text)
     };
 }
 
 /// Yxy to linear sRGB.
-pub const COLOR: Part = part!("color.wgsl");
+pub const COLOR: Part = part!("color.wgsl", COLOR);
 /// Exposure, tone curves, encoding.
-pub const TONEMAP: Part = part!("tonemap.wgsl");
+pub const TONEMAP: Part = part!("tonemap.wgsl", TONEMAP);
 /// Light in place of a picture, for float targets.
-pub const LINEAR: Part = part!("linear.wgsl");
+pub const LINEAR: Part = part!("linear.wgsl", LINEAR);
 /// The sky formula.
-pub const UTM_SKY: Part = part!("utm_sky.wgsl");
+pub const UTM_SKY: Part = part!("utm_sky.wgsl", UTM_SKY);
 /// The frame's uniform and the light of a direction.
-pub const SKY_FRAME: Part = part!("sky_frame.wgsl");
+pub const SKY_FRAME: Part = part!("sky_frame.wgsl", SKY_FRAME);
 /// Finite paths.
-pub const AERIAL: Part = part!("aerial.wgsl");
+pub const AERIAL: Part = part!("aerial.wgsl", AERIAL);
 /// Perez's formula.
-pub const PEREZ: Part = part!("perez.wgsl");
+pub const PEREZ: Part = part!("perez.wgsl", PEREZ);
 /// The view and the light of sky and ground.
-pub const SKY: Part = part!("sky.wgsl");
+pub const SKY: Part = part!("sky.wgsl", SKY);
 /// Entry points of the full-screen skies.
-pub const BAKED: Part = part!("baked.wgsl");
+pub const BAKED: Part = part!("baked.wgsl", BAKED);
 /// Entry points of the dome.
-pub const DOME: Part = part!("dome.wgsl");
+pub const DOME: Part = part!("dome.wgsl", DOME);
 /// Entry point of the depth-aware pass.
-pub const COMPOSITE: Part = part!("composite.wgsl");
+pub const COMPOSITE: Part = part!("composite.wgsl", COMPOSITE);
 
 /// The frame's numbers from the uniform.
-pub const FRAME_UNIFORM: Part = part!("frame_uniform.wgsl");
+pub const FRAME_UNIFORM: Part = part!("frame_uniform.wgsl", FRAME_UNIFORM);
 /// The frame's numbers from the vertices, with entry points of full-screen skies.
-pub const FLAT: Part = part!("flat.wgsl");
+pub const FLAT: Part = part!("flat.wgsl", FLAT);
 
 /// What every program starts with, after the display.
 const COMMON: [Part; 5] = [COLOR, UTM_SKY, SKY_FRAME, AERIAL, SKY];
