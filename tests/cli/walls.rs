@@ -283,6 +283,10 @@ fn knows(
         let here = module_of(path);
         let mut known = BTreeSet::new();
         for named in &source.paths {
+            // `pub(crate)` alone names no file
+            if named.len() == 1 && named[0] == "crate" {
+                continue;
+            }
             let ups = named.iter().take_while(|n| *n == "super").count();
             let first = named[0].as_str();
             let (above, rest) = if first == "crate" || first == crate_name {
