@@ -9,24 +9,36 @@ pub const BAKED: &str = include_str!("baked.wgsl");
 pub const COLOR: &str = include_str!("color.wgsl");
 /// `composite.wgsl`.
 pub const COMPOSITE: &str = include_str!("composite.wgsl");
+/// `composite_multisampled.wgsl`.
+pub const COMPOSITE_MULTISAMPLED: &str = include_str!("composite_multisampled.wgsl");
+/// `dither.wgsl`.
+pub const DITHER: &str = include_str!("dither.wgsl");
 /// `dome.wgsl`.
 pub const DOME: &str = include_str!("dome.wgsl");
-/// `flat.wgsl`.
-pub const FLAT: &str = include_str!("flat.wgsl");
-/// `frame_uniform.wgsl`.
-pub const FRAME_UNIFORM: &str = include_str!("frame_uniform.wgsl");
+/// `hdr.wgsl`.
+pub const HDR: &str = include_str!("hdr.wgsl");
+/// `hdr10.wgsl`.
+pub const HDR10: &str = include_str!("hdr10.wgsl");
 /// `linear.wgsl`.
 pub const LINEAR: &str = include_str!("linear.wgsl");
 /// `perez.wgsl`.
 pub const PEREZ: &str = include_str!("perez.wgsl");
-/// `sky.wgsl`.
-pub const SKY: &str = include_str!("sky.wgsl");
+/// `picture.wgsl`.
+pub const PICTURE: &str = include_str!("picture.wgsl");
+/// `scene.wgsl`.
+pub const SCENE: &str = include_str!("scene.wgsl");
+/// `scrgb.wgsl`.
+pub const SCRGB: &str = include_str!("scrgb.wgsl");
 /// `sky_frame.wgsl`.
 pub const SKY_FRAME: &str = include_str!("sky_frame.wgsl");
 /// `tonemap.wgsl`.
 pub const TONEMAP: &str = include_str!("tonemap.wgsl");
+/// `uniforms.wgsl`.
+pub const UNIFORMS: &str = include_str!("uniforms.wgsl");
 /// `utm_sky.wgsl`.
 pub const UTM_SKY: &str = include_str!("utm_sky.wgsl");
+/// `view.wgsl`.
+pub const VIEW: &str = include_str!("view.wgsl");
 
 /// Skies of other models, for `sky-baselines`.
 pub mod baselines {

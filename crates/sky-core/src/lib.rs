@@ -109,6 +109,7 @@ pub mod direction;
 pub mod extended;
 pub mod extinction;
 pub mod haze;
+pub mod hdr;
 pub mod light;
 pub mod lut;
 pub mod picture;
@@ -116,6 +117,7 @@ pub mod quantity;
 #[cfg(feature = "solar-position")]
 pub mod solar_position;
 pub mod tonemap;
+pub mod uniforms;
 pub mod utm_sky;
 
 pub use aerial::{AerialFrame, AerialPath};

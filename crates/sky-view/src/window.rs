@@ -7,12 +7,11 @@ use anyhow::{Result, anyhow, bail};
 use glam::Mat4;
 use sky_core::conditions::{Conditions, Domain};
 use sky_core::haze::Haze;
-use sky_core::lut::Lut;
 use sky_core::quantity::{Angle, single};
 use sky_core::solar_position::SunPosition;
 use sky_core::utm_sky::UtmSky;
 use sky_gpu::screen::{Screen, ScreenError};
-use sky_gpu::{Camera, Exposure, SkyFrame, Tier};
+use sky_gpu::{Camera, Exposure, FrameSettings};
 use sky_render::terrain::ridges;
 use sky_render::{GROUND_ALBEDO, Pixels, world_direction};
 use winit::application::ApplicationHandler;
@@ -103,7 +102,7 @@ struct Stage {
 }
 
 struct App {
-    lut: Lut,
+    table: UtmSky,
     size: [u32; 2],
     adapter: Option<String>,
     fov: f32,
@@ -132,7 +131,7 @@ impl App {
     fn new(start: Start) -> Self {
         let domain: Domain = start.sky.lut().header().domain;
         Self {
-            lut: start.sky.lut().clone(),
+            table: start.sky.clone(),
             size: start.size,
             adapter: start.adapter,
             fov: single(start.fov.radians()),
@@ -200,7 +199,7 @@ impl App {
             usize::try_from(screen.gpu.device.limits().max_texture_dimension_2d).ok(),
         );
         Ok(Stage {
-            painter: Some(Painter::new(screen, &self.lut)?),
+            painter: Some(Painter::new(screen, &self.table)),
             input,
             window,
         })
@@ -243,16 +242,11 @@ impl App {
         else {
             return Ok(false);
         };
-        let Some(target) = painter.screen.next_picture()? else {
+        let Some(target) = painter.screen.next_target()? else {
             self.last_frame = None;
             return Ok(false);
         };
-        let now = Instant::now();
-        let passed = self.last_frame.replace(now).map_or(0.0, |last| {
-            let seconds = (now - last).as_secs_f64();
-            mean(&mut self.status.times_ms[0], 1e3 * seconds);
-            seconds.min(LONGEST_STEP_S)
-        });
+        let passed = passed(&mut self.last_frame, &mut self.status);
         let controls = &mut self.controls;
         if !controls.paused {
             controls.flight.step(self.keys, passed);
@@ -285,22 +279,9 @@ impl App {
         if controls.stripes && self.status.edges.iter().any(Option::is_some) {
             painter.show_outside_domain(&frame);
         }
-        if let Tier::Vertex(dome) = layers.tier {
-            painter.sky.set_dome(dome);
-        }
         painter.set_camera(&camera);
 
-        let context = input.egui_ctx().clone();
-        let output = context.run_ui(input.take_egui_input(window), |ui| {
-            panel::show(ui.ctx(), controls, &self.status);
-        });
-        input.handle_platform_output(window, output.platform_output);
-        let overlay = Overlay {
-            primitives: context.tessellate(output.shapes, output.pixels_per_point),
-            textures: output.textures_delta,
-            pixels_per_point: output.pixels_per_point,
-        };
-
+        let overlay = overlay(input, window, controls, &self.status);
         let size = [target.texture.width(), target.texture.height()];
         let target_view = target
             .texture
@@ -317,9 +298,24 @@ impl App {
         painter.screen.present(target);
         self.frames_drawn += 1;
 
-        let is_asked = std::mem::take(&mut controls.screenshot);
+        self.keep_picture(size, &view, layers, is_last)?;
+        Ok(true)
+    }
+
+    /// After a frame: its picture where one was asked for, and the end of the device for tests.
+    fn keep_picture(
+        &mut self,
+        size: [u32; 2],
+        view: &View,
+        layers: Layers,
+        is_last: bool,
+    ) -> Result<()> {
+        let Some(painter) = self.stage.as_mut().and_then(|s| s.painter.as_mut()) else {
+            return Ok(());
+        };
+        let is_asked = std::mem::take(&mut self.controls.screenshot);
         if is_asked || is_last {
-            let pixels = screenshot(painter, size, &view, layers)?;
+            let pixels = screenshot(painter, size, view, layers)?;
             let picture = Picture { pixels, size };
             if is_asked {
                 self.status.screenshot = Some((self.keep)(&picture));
@@ -330,7 +326,7 @@ impl App {
             self.lose_device_after = None;
             painter.screen.gpu.device.destroy();
         }
-        Ok(true)
+        Ok(())
     }
 
     fn key(&mut self, code: KeyCode, is_down: bool) {
@@ -347,6 +343,16 @@ impl App {
             KeyCode::Tab if is_down => self.controls.panel = !self.controls.panel,
             _ => {}
         }
+    }
+
+    /// The pointer has moved; while it drags, the look turns.
+    fn point(&mut self, to: [f64; 2]) {
+        if self.is_dragging {
+            let [right, down] = [to[0] - self.pointer[0], to[1] - self.pointer[1]];
+            let flight = &mut self.controls.flight;
+            flight.turn(DEGREES_PER_PIXEL * right, -DEGREES_PER_PIXEL * down);
+        }
+        self.pointer = to;
     }
 
     fn handle(&mut self, events: &ActiveEventLoop, event: &WindowEvent) -> Result<()> {
@@ -396,13 +402,7 @@ impl App {
                 }
             }
             WindowEvent::CursorMoved { position, .. } => {
-                let to = [position.x, position.y];
-                if self.is_dragging {
-                    let [right, down] = [to[0] - self.pointer[0], to[1] - self.pointer[1]];
-                    let flight = &mut self.controls.flight;
-                    flight.turn(DEGREES_PER_PIXEL * right, -DEGREES_PER_PIXEL * down);
-                }
-                self.pointer = to;
+                self.point([position.x, position.y]);
             }
             WindowEvent::MouseWheel { delta, .. } if !is_taken => {
                 let notches = match delta {
@@ -417,12 +417,41 @@ impl App {
     }
 }
 
+/// The panel's triangles, after what is set there was taken.
+fn overlay(
+    input: &mut egui_winit::State,
+    window: &Window,
+    controls: &mut Controls,
+    status: &Status,
+) -> Overlay {
+    let context = input.egui_ctx().clone();
+    let output = context.run_ui(input.take_egui_input(window), |ui| {
+        panel::show(ui.ctx(), controls, status);
+    });
+    input.handle_platform_output(window, output.platform_output);
+    Overlay {
+        primitives: context.tessellate(output.shapes, output.pixels_per_point),
+        textures: output.textures_delta,
+        pixels_per_point: output.pixels_per_point,
+    }
+}
+
 const fn is_movement(code: KeyCode) -> bool {
     !matches!(code, KeyCode::KeyP | KeyCode::F12 | KeyCode::Tab)
 }
 
 fn is_lost(error: &anyhow::Error) -> bool {
     matches!(error.downcast_ref(), Some(ScreenError::Lost))
+}
+
+/// Seconds since the last frame, which go into its mean.
+fn passed(last_frame: &mut Option<Instant>, status: &mut Status) -> f64 {
+    let now = Instant::now();
+    last_frame.replace(now).map_or(0.0, |last| {
+        let seconds = (now - last).as_secs_f64();
+        mean(&mut status.times_ms[0], 1e3 * seconds);
+        seconds.min(LONGEST_STEP_S)
+    })
 }
 
 /// A running mean.
@@ -446,7 +475,7 @@ fn sky_frame(
     controls: &mut Controls,
     status: &mut Status,
     last: &mut Option<Conditions>,
-) -> Result<SkyFrame> {
+) -> Result<FrameSettings> {
     status.trouble = None;
     status.edges = [None; 3];
     if controls.terrain {
@@ -485,7 +514,7 @@ fn sky_frame(
     let zenith = conditions.sun_zenith.degrees();
     let zenith = zenith.clamp(highest, (lowest - ROUNDING_DEG).max(highest));
     let elevation = Angle::from_degrees(90.0 - zenith);
-    Ok(SkyFrame {
+    Ok(FrameSettings {
         observer_altitude: conditions.observer_altitude,
         haze: Haze::Turbidity(conditions.turbidity),
         sun: world_direction(sun.azimuth, elevation),
@@ -493,7 +522,7 @@ fn sky_frame(
         sun_disc: controls.sun_disc,
         exposure: controls.ev100.map_or(Exposure::Auto, Exposure::Ev100),
         tone: Some(controls.tone),
-        ..SkyFrame::default()
+        ..FrameSettings::default()
     })
 }
 
