@@ -2,14 +2,16 @@
 
 use std::hint::black_box;
 
-use criterion::{Criterion, criterion_group, criterion_main};
 use sky_core::conditions::Conditions;
 use sky_core::direction::SkyDirection;
 use sky_core::picture::Picture;
 use sky_core::quantity::{Angle, Length};
 use sky_core::utm_sky::UtmSky;
 
-fn sky(c: &mut Criterion) {
+#[path = "../../../tests/support/bench.rs"]
+mod bench;
+
+fn main() {
     let sky = UtmSky::embedded().expect("the table of the program");
     let conditions = Conditions {
         observer_altitude: Length::from_km(3.7),
@@ -26,24 +28,18 @@ fn sky(c: &mut Criterion) {
         .into_iter()
         .chain(rings)
         .collect();
-    c.bench_function("271 directions", |b| {
-        b.iter(|| {
-            directions
-                .iter()
-                .map(|d| {
-                    frame
-                        .yxy(black_box(d))
-                        .map_or(0.0, |light| light.luminance_cd_m2)
-                })
-                .sum::<f64>()
-        });
+    bench::time("271 directions", || {
+        directions
+            .iter()
+            .map(|d| {
+                let light = frame.yxy(black_box(d));
+                light.map_or(0.0, |light| light.luminance_cd_m2)
+            })
+            .sum::<f64>()
     });
-    c.bench_function("frame", |b| b.iter(|| sky.frame(black_box(&conditions))));
+    bench::time("frame", || sky.frame(black_box(&conditions)));
     // all that a renderer uploads: sky, air, scene light, sun
-    c.bench_function("picture", |b| {
-        b.iter(|| Picture::new(&sky, black_box(&conditions), 0.2));
+    bench::time("picture", || {
+        Picture::new(&sky, black_box(&conditions), 0.2)
     });
 }
-
-criterion_group!(benches, sky);
-criterion_main!(benches);

@@ -5,13 +5,15 @@
 
 use std::hint::black_box;
 
-use criterion::Criterion;
 use sky_core::haze::Haze;
 use sky_core::quantity::{Angle, Length};
 use sky_science::direction::report_directions;
 use sky_sim::optics::{OpticalProfile, OpticsSettings};
 use sky_sim::profile::AtmosphereProfile;
 use sky_sim::transport::{Transport, TransportSettings};
+
+#[path = "../../../tests/support/bench.rs"]
+mod bench;
 
 const AEROSOL_OPTICAL_DEPTH_500: [f64; 3] = [0.0, 0.5, 1.0];
 const ALTITUDE_KM: [f64; 5] = [0.0, 6.0, 12.0, 20.0, 30.0];
@@ -50,22 +52,14 @@ fn maps(transport: &Transport) -> f64 {
 fn main() {
     let profile = AtmosphereProfile::general();
     let optics = AEROSOL_OPTICAL_DEPTH_500.map(|depth| optics(&profile, depth));
-    let mut criterion = Criterion::default().configure_from_args().sample_size(10);
-    criterion.bench_function("75 maps x 271 directions x 41 wavelengths", |b| {
-        b.iter(|| {
-            optics
-                .iter()
-                .map(|o| maps(&solve(black_box(o))))
-                .sum::<f64>()
-        });
+    bench::time("75 maps x 271 directions x 41 wavelengths", || {
+        let all = optics.iter().map(|o| maps(&solve(black_box(o))));
+        all.sum::<f64>()
     });
     let hazy = &optics[1];
-    criterion.bench_function("solution of one atmosphere", |b| {
-        b.iter(|| solve(black_box(hazy)));
-    });
+    bench::time("solution of one atmosphere", || solve(black_box(hazy)));
     let solved = solve(hazy);
-    criterion.bench_function("25 maps of a solved atmosphere", |b| {
-        b.iter(|| maps(black_box(&solved)));
+    bench::time("25 maps of a solved atmosphere", || {
+        maps(black_box(&solved))
     });
-    criterion.final_summary();
 }
