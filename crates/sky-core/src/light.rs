@@ -173,8 +173,8 @@ impl SunDisc {
     ///
     /// `sine` is that of the angle from the sun's center, `cosine` that of the view zenith angle.
     #[must_use]
-    pub fn light(&self, sine: f32, mu: f32, cosine: f32) -> [f32; 3] {
-        if mu < 0.0 || sine >= self.sin_radius {
+    pub fn light(&self, sine: f32, cos_gamma: f32, cosine: f32) -> [f32; 3] {
+        if cos_gamma < 0.0 || sine >= self.sin_radius {
             return [0.0; 3];
         }
         let from_center = sine / self.sin_radius;

@@ -509,8 +509,8 @@ impl SkyUniform {
         let sun = &picture.sun;
         Self {
             coefficients: *picture.sky.coefficients(),
-            radii: radii.scale_heights,
-            radii_roots: radii.roots,
+            radii: radii.in_scale_heights,
+            radii_roots: radii.half_roots,
             sun_sin_cos: picture.sky.sun(),
             cos_horizon: picture.sky.cos_horizon(),
             cos_lowest: picture.sky.cos_lowest(),

@@ -53,7 +53,11 @@ impl ShaderSky for PerezTable {
             (0.0, 0.0, 0.0)
         } else {
             let radii = nodes.radii;
-            (radii.scale_heights[0], radii.roots[0], nodes.cos_horizon)
+            (
+                radii.in_scale_heights[0],
+                radii.half_roots[0],
+                nodes.cos_horizon,
+            )
         };
         let linear = nodes.interpolation == Interpolation::ReportLagrange;
         let mut uniforms = vec![

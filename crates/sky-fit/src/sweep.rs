@@ -601,7 +601,7 @@ impl MapEquations {
 fn basis_in(direction: &SkyDirection, conditions: &Conditions) -> [f64; extended::TERMS] {
     extended::basis(
         single(direction.view_zenith.radians().cos()),
-        extended::Radii::at(conditions.observer_altitude),
+        extended::ScaledRadii::at(conditions.observer_altitude),
         single(direction.scattering_angle(conditions.sun_zenith).radians()),
         single(direction.cos_scattering_angle(conditions.sun_zenith)),
     )
