@@ -238,7 +238,7 @@ trait Floats {
 }
 
 impl Floats for f32 {
-    fn each(&self, to: &mut impl FnMut(f32)) {
+    fn each(&self, to: &mut impl FnMut(Self)) {
         to(*self);
     }
 }
