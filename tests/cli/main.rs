@@ -13,6 +13,3 @@ mod walls;
 
 #[path = "../support/lut.rs"]
 mod lut_support;
-
-#[path = "../support/source.rs"]
-mod source;

@@ -8,8 +8,8 @@
 use sky_core::direction::SkyDirection;
 use sky_core::haze::Haze;
 use sky_core::quantity::{Angle, Length};
+use sky_science::phase;
 use sky_sim::optics::{OpticalProfile, OpticsSettings};
-use sky_sim::phase;
 use sky_sim::profile::AtmosphereProfile;
 use sky_sim::transport::{Transport, TransportError, TransportSettings};
 

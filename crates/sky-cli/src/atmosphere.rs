@@ -157,7 +157,6 @@ impl AtmosphereArgs {
             .as_deref()
             .map_or(defaults.constituents, constituents);
         if let Some(haze) = haze.haze(self.angstrom_alpha) {
-            haze.optical_depth_500()?;
             settings.haze = haze;
         }
         settings.angstrom_exponent = self.angstrom_alpha;

@@ -9,6 +9,7 @@ pub mod cie;
 pub mod direction;
 pub mod metrics;
 pub mod perez;
+pub mod phase;
 pub mod shader_sky;
 pub mod sky_model;
 pub mod spectrum;

@@ -18,7 +18,6 @@ mod sun;
 mod template;
 
 use crate::optics::OpticalProfile;
-use crate::phase;
 use crate::quadrature::gauss_legendre;
 use fan::{FanScratch, FanSweep};
 use field::{Field, Grid, Harmonics, Shape, Source, as_f64};
@@ -28,6 +27,7 @@ use path::{Path, Ray, Sampling};
 use rayon::prelude::*;
 use sky_core::direction::SkyDirection;
 use sky_core::quantity::{Angle, EARTH_RADIUS_KM, Length};
+use sky_science::phase;
 use spread::Spread;
 use sun::{SunPlace, SunTable, horizon_cosine};
 use template::{Readings, Stop, Template};
@@ -40,6 +40,12 @@ pub enum TransportError {
     Shape {
         /// Number of levels found.
         levels: usize,
+    },
+    /// Fewer local sun zenith angles than the field is interpolated among.
+    #[error("columns of the diffuse field: expected at least 4, found {found}")]
+    Columns {
+        /// Number of columns found.
+        found: usize,
     },
     /// The ground reflects a share between 0 and 1.
     #[error("ground albedo: expected 0..1, found {0}")]
@@ -205,6 +211,10 @@ impl Transport {
             return Err(TransportError::Shape { levels });
         }
         Self::check(ground_albedo)?;
+        let found = settings.columns_deg.len();
+        if found < 4 {
+            return Err(TransportError::Columns { found });
+        }
         let spread = Spread::new(optics);
         let direct = Sunlit::new(optics, ground_albedo);
         let air = spread.coarse(optics).map_or_else(
@@ -458,6 +468,10 @@ impl Diffuse {
             share = 0.0;
             for (i, tail) in tail.iter_mut().enumerate() {
                 for l in 0..WIDTH {
+                    // no comparison sees NaN, and `max` drops it: the series must not end on it
+                    if (sum[i][l] + fallen[i][l] + fresh[i][l]).is_nan() {
+                        share = f64::INFINITY;
+                    }
                     if sum[i][l] > 0.0 && fallen[i][l] > 0.0 {
                         let q = (fresh[i][l] / fallen[i][l]).min(0.99);
                         tail[l] = q / (1.0 - q);
