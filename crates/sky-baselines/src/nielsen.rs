@@ -105,7 +105,7 @@ impl NielsenFrame {
     #[must_use]
     #[inline]
     pub fn xyz(&self, v: [f32; 3]) -> [f32; 3] {
-        if view::meets_ground(self.altitude_km, v[2]) {
+        if crate::ray::meets_ground(self.altitude_km, v[2]) {
             return [0.0; 3];
         }
         let [air_km, haze_km] = self.lengths(v[2]);

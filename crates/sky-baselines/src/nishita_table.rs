@@ -17,8 +17,9 @@ use sky_core::direction::SkyDirection;
 use sky_science::shader_sky::{ShaderFrame, ShaderSky};
 use sky_science::sky_model::SkyModel;
 
-use crate::atmosphere::{Atmosphere, Ray, TOP_KM};
+use crate::atmosphere::{Atmosphere, TOP_KM};
 use crate::nishita::{AIR_SCALE_KM, DOMAIN, SingleScattering};
+use crate::ray::{self, Ray};
 use crate::texture::{Table, single};
 use crate::view;
 
@@ -115,7 +116,7 @@ impl NishitaTable {
         if cos_sun >= 0.0 {
             return Some(self.in_front(altitude_km, cos_sun));
         }
-        let lowest = view::lowest_km(altitude_km, cos_sun);
+        let lowest = ray::lowest_km(altitude_km, cos_sun);
         if lowest < 0.0 {
             return None;
         }
