@@ -211,7 +211,7 @@ fn straight_ray_air_masses() -> Outcome {
 #[test]
 fn table_3_1_of_the_report() -> Outcome {
     // T, p, T_eo, O2, CO2, O3 to the printed digits; humidity and water cannot be had from any
-    // atmosphere (ERRATA 27, 28) and are left out.
+    // atmosphere, for they contradict each other, and are left out.
     let utm = AtmosphereProfile::utm2005();
     let vertical = include_str!("../reference/table_3_1_vertical_profiles.csv");
     let paths = include_str!("../reference/table_3_1_effective_path_lengths.csv");

@@ -323,7 +323,7 @@ impl ProfileRow {
 }
 
 /// Saturation vapor pressure over liquid water \[hPa\] (Magnus form of the report's Eq. 3.9;
-/// temperatures in it are degrees Celsius, ERRATA 26).
+/// temperatures in it are degrees Celsius).
 #[must_use]
 pub fn saturation_vapor_pressure_hpa(temperature_k: f64) -> f64 {
     let celsius = temperature_k - 273.15;
@@ -331,7 +331,7 @@ pub fn saturation_vapor_pressure_hpa(temperature_k: f64) -> f64 {
 }
 
 /// The report's Eq. 3.11 (Gueymard 1995), u = c₀ P^c₁ θ^c₂ with P = p/1013.25 hPa, θ = 288.15 K/T.
-/// Fitted for 0–4 km; the report uses it to 30 km, where it runs up to 40 % high (ERRATA 30).
+/// Fitted for 0–4 km; the report uses it to 30 km, where it runs up to 40 % high.
 fn gueymard_path_km(coefficients: [f64; 3], pressure_hpa: f64, temperature_k: f64) -> f64 {
     let [c0, c1, c2] = coefficients;
     c0 * (pressure_hpa / STANDARD_PRESSURE_HPA).powf(c1) * (288.15 / temperature_k).powf(c2)
@@ -745,7 +745,8 @@ mod tests {
 
     #[test]
     fn humidity_of_the_standard_atmosphere() {
-        // ERRATA 27, over water: 46, 50, 13, 0.8 % at 0, 6, 12, 20 km.
+        // US 1976 with the AFGL water, over liquid: 46, 50, 13, 0.8 % at 0, 6, 12, 20 km; the report
+        // prints others.
         let general = AtmosphereProfile::general();
         for (km, percent, slack) in [
             (0.0, 46.0, 0.5),

@@ -7,7 +7,7 @@
 //! band forms on the whole path.
 //!
 //! # Sky
-//! SMARTS2 and SPCTRL2 give irradiances, never a radiance by direction (ERRATA 32). Here the closed
+//! SMARTS2 and SPCTRL2 give irradiances, never a radiance by direction. Here the closed
 //! forms of SPCTRL2 (Bird & Riordan 1986, J. Climate Appl. Meteor. 25, 87) give the Rayleigh, aerosol
 //! and ground-reflected parts of the diffuse irradiance at the observer's altitude, from the columns
 //! above it. The radiance of a direction is the single-scattering integral through the spherical shells,
