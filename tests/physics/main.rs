@@ -6,4 +6,5 @@ mod fit_degenerate;
 mod fit_solver;
 mod optics;
 mod transport;
+mod transport_everywhere;
 mod transport_limits;

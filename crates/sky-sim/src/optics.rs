@@ -24,6 +24,12 @@ pub const WAVELENGTH_STEPS_NM: [u16; 4] = [1, 5, 10, 20];
 /// Air mass at which a band form is turned into a volume absorption.
 pub const BAND_REFERENCE_AIR_MASS: f64 = 2.0;
 
+/// Lowest ground that optics are continued to \[km\]: the shore of the Dead Sea lies at −0.43 km.
+pub const LOWEST_GROUND_KM: f64 = -0.5;
+
+/// Thickness of the layers below 0 km \[km\].
+const LOW_LAYER_KM: f64 = 0.1;
+
 /// Variance of a mixture of phase functions below which it is a single Henyey–Greenstein function.
 const DEGENERATE_VARIANCE: f64 = 1e-10;
 
@@ -777,6 +783,69 @@ impl OpticalProfile {
             }
         }
         out
+    }
+
+    /// The same air down to a ground below its lowest level, which is 0 km: each coefficient goes on
+    /// below with the scale height that it has, at its wavelength, between the lowest two levels, and
+    /// phase functions stay what they are at the lowest. Amounts of haze still count from 0 km up.
+    ///
+    /// US 1976 air continued so is 0.07 % too dense at −0.5 km.
+    ///
+    /// # Errors
+    /// A ground outside −0.5 to 0 km.
+    pub fn down_to(&self, ground: Length) -> Result<Self, OpticsError> {
+        let ground_km = ground.km();
+        if !(LOWEST_GROUND_KM..=0.0).contains(&ground_km) {
+            return Err(OpticsError::Setting {
+                setting: "ground altitude [km]",
+                expected: [LOWEST_GROUND_KM, 0.0],
+                found: ground_km,
+            });
+        }
+        let (lowest, n) = (self.altitude_km[0], self.wavelength_nm.len());
+        let first_layer = self.altitude_km[1] - lowest;
+        let mut below: Vec<f64> = (1..=99_u8)
+            .map(|i| lowest - LOW_LAYER_KM * f64::from(i))
+            .take_while(|z| *z > ground_km + 0.1 * LOW_LAYER_KM)
+            .collect();
+        if ground_km < lowest {
+            below.push(ground_km);
+        }
+        below.reverse();
+        let continued = |table: &[f64], depth_share: f64| -> Vec<f64> {
+            let row = |w: usize| {
+                let (here, above) = (table[w], table[n + w]);
+                if here > 0.0 && above > 0.0 {
+                    here * (here / above).powf(depth_share)
+                } else {
+                    here
+                }
+            };
+            (0..n).map(row).collect()
+        };
+        let extend = |table: &[f64], falls: bool| -> Vec<f64> {
+            let rows = below.iter().flat_map(|z| {
+                let share = if falls {
+                    (lowest - z) / first_layer
+                } else {
+                    0.0
+                };
+                continued(table, share)
+            });
+            rows.chain(table.iter().copied()).collect()
+        };
+        Ok(Self {
+            altitude_km: below.iter().chain(&self.altitude_km).copied().collect(),
+            wavelength_nm: self.wavelength_nm.clone(),
+            rayleigh_scattering_per_km: extend(&self.rayleigh_scattering_per_km, true),
+            gas_absorption_per_km: extend(&self.gas_absorption_per_km, true),
+            aerosol_scattering_per_km: extend(&self.aerosol_scattering_per_km, true),
+            aerosol_absorption_per_km: extend(&self.aerosol_absorption_per_km, true),
+            aerosol_g: extend(&self.aerosol_g, false),
+            aerosol_g2: extend(&self.aerosol_g2, false),
+            aerosol_g_weight: extend(&self.aerosol_g_weight, false),
+            rayleigh_depolarization: self.rayleigh_depolarization,
+        })
     }
 
     /// Checks that an observer stands below the last level: above it there would be nothing to see.

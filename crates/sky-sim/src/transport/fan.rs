@@ -4,8 +4,7 @@
 //! local sun differ. So the source at a stop is summed over the degree of the harmonics once for all
 //! of them, which leaves each ray a short sum over their order.
 
-use super::HIGHEST_DEGREE;
-use super::field::{Grid, Harmonics, Shape, Source};
+use super::field::{Grid, HIGHEST_DEGREE, Harmonics, Shape, Source};
 use super::lanes::{Lanes, WIDTH, ZERO, acos, add_positive, add_scaled, exp, lane};
 use super::path::Ray;
 use super::template::{Stop, Template};
@@ -57,7 +56,7 @@ impl pulp::NullaryFnOnce for FanSweep<'_> {
             let columns = self.locate(stop);
             self.fold(stop, &columns);
             self.add_air(k, &columns);
-            if k == last && !self.template.ground.is_empty() {
+            if k == last && self.template.ends_on_ground {
                 self.add_ground(&columns);
             }
         }
@@ -254,7 +253,7 @@ impl FanSweep<'_> {
             for (i, radiance) in rays.chunks_exact_mut(vectors).enumerate() {
                 let rows = self.source.field.ground_irradiance.chunks_exact(all);
                 for ((out, through), row) in
-                    radiance.iter_mut().zip(&self.template.ground).zip(rows)
+                    radiance.iter_mut().zip(&self.template.through).zip(rows)
                 {
                     let mut irradiance = ZERO;
                     for side in 0..2 {

@@ -3,8 +3,9 @@
 //! One such field serves every observer and every sun: on a sphere under parallel light the field
 //! depends on altitude and on the local sun zenith angle alone.
 
-use super::lanes::{Lanes, WIDTH, add_scaled, lane};
+use super::lanes::{Lanes, WIDTH, add_scaled, lane, lerp};
 use super::medium::LevelFinder;
+use sky_core::quantity::Angle;
 
 /// Real spherical harmonics, even in azimuth, orthonormal over the sphere, up to a degree.
 ///
@@ -154,6 +155,9 @@ impl Grid {
     }
 }
 
+/// Harmonics beyond this degree are not used.
+pub(super) const HIGHEST_DEGREE: usize = 12;
+
 /// Beyond this local sun zenith angle single scattering ends within the grid's columns.
 const LAST_SMOOTH_COLUMN_DEG: f64 = 95.0;
 
@@ -253,15 +257,45 @@ pub(super) struct Source {
 }
 
 impl Source {
-    pub(super) fn new(mut field: Field) -> Self {
+    pub(super) fn new(field: Field) -> Self {
+        let columns = field.shape.columns;
+        let sizes = field.zeroth().map(|shell| sizes(shell, columns)).collect();
+        Self::of_sizes(field, sizes)
+    }
+
+    /// The light of the ground alone: of a field without moments, sized by the ground's irradiance.
+    pub(super) fn of_ground(field: Field) -> Self {
+        let columns = field.shape.columns;
+        let shells = field.zeroth().count();
+        let sizes = vec![sizes(field.ground_irradiance.iter(), columns); shells];
+        Self::of_sizes(field, sizes)
+    }
+
+    /// The irradiance of the ground where it has the sun at an angle, at the solved wavelengths.
+    pub(super) fn ground_irradiance(&self, grid: &Grid, sun_cosine: f64) -> Vec<Lanes> {
+        let columns = self.field.shape.columns;
+        let place = grid
+            .columns
+            .find(Angle::from_radians(sun_cosine.acos()).degrees());
+        let [a, b, c, d] = grid.log_scale_between(place.level, &self.log_scale[..columns]);
+        let t = place.fraction;
+        let scale = lane((a + t * (b + t * (c + t * d))).exp());
+        self.field
+            .ground_irradiance
+            .chunks_exact(columns)
+            .map(|row| {
+                lerp(&row[place.level], &row[place.level + 1], lane(t))
+                    .map(|x| (x * scale).max(0.0))
+            })
+            .collect()
+    }
+
+    /// Divides a field by its sizes, `[shell][column]`.
+    fn of_sizes(mut field: Field, sizes: Vec<Vec<f64>>) -> Self {
         let columns = field.shape.columns;
         let mut log_scale = Vec::new();
         let mut inverse = Vec::new();
-        for shell in field.zeroth() {
-            let mut sizes = vec![0.0; columns];
-            for (i, moment) in shell.enumerate() {
-                sizes[i % columns] += moment.iter().map(|x| f64::from(*x)).sum::<f64>();
-            }
+        for sizes in sizes {
             let sizes = sizes.into_iter().map(|s| s.max(DARK));
             inverse.push(sizes.clone().map(|s| lane(1.0 / s)).collect::<Vec<_>>());
             log_scale.extend(sizes.map(f64::ln));
@@ -280,6 +314,15 @@ impl Source {
         divide(&mut field.ground_irradiance, &inverse[0]);
         Self { field, log_scale }
     }
+}
+
+/// Sums over wavelength, by column, of lanes `[vector * columns + column]`.
+fn sizes<'a>(lanes: impl Iterator<Item = &'a Lanes>, columns: usize) -> Vec<f64> {
+    let mut sizes = vec![0.0; columns];
+    for (i, lanes) in lanes.enumerate() {
+        sizes[i % columns] += lanes.iter().map(|x| f64::from(*x)).sum::<f64>();
+    }
+    sizes
 }
 
 #[cfg(test)]

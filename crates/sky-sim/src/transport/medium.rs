@@ -1,6 +1,7 @@
 //! The optical profile, laid out for ray integration.
 
 use super::lanes::{Lanes, WIDTH, ZERO, lane, lerp, pack, vectors};
+use super::sphere::horizon_cosine;
 use crate::optics::OpticalProfile;
 use sky_core::quantity::EARTH_RADIUS_KM;
 
@@ -206,6 +207,20 @@ impl Medium {
             from = to;
         }
         out
+    }
+
+    /// Altitude of the ground: the lowest level \[km\].
+    pub(super) fn ground_km(&self) -> f64 {
+        self.finder.levels()[0]
+    }
+
+    pub(super) fn ground_radius(&self) -> f64 {
+        EARTH_RADIUS_KM + self.ground_km()
+    }
+
+    /// Cosine of the zenith angle of the horizon at an altitude.
+    pub(super) fn horizon_cosine(&self, z: f64) -> f64 {
+        horizon_cosine(z - self.ground_km(), self.ground_radius())
     }
 
     pub(super) fn top_km(&self) -> f64 {

@@ -5,6 +5,7 @@
 
 use super::lanes::{Lanes, WIDTH, ZERO, add_scaled, exp, lane, vectors};
 use super::medium::{Between, LevelFinder, Medium};
+use super::sphere::{half_chord, horizon_cosine};
 use rayon::prelude::*;
 use sky_core::quantity::EARTH_RADIUS_KM;
 
@@ -23,6 +24,7 @@ pub(super) struct SunTable {
     vectors: usize,
     log_depth: Vec<Lanes>,
     horizon_cosine: Vec<f64>,
+    ground_km: f64,
 }
 
 /// Where to read the table: rows and weights; `None` in the Earth's shadow.
@@ -31,12 +33,6 @@ pub(super) struct SunPlace {
     rows: [usize; 8],
     weights: [f32; 8],
     pub(super) lit: bool,
-}
-
-/// Cosine of the zenith angle of the geometric horizon at an altitude.
-pub(super) fn horizon_cosine(z: f64) -> f64 {
-    let r = EARTH_RADIUS_KM + z.max(0.0);
-    -(z.max(0.0) * (r + EARTH_RADIUS_KM)).sqrt() / r
 }
 
 fn coordinate_from_cosine(cosine: f64, horizon: f64) -> f64 {
@@ -71,7 +67,7 @@ impl SunTable {
                 levels.push(*z);
             }
         }
-        let horizon: Vec<f64> = levels.iter().map(|z| horizon_cosine(*z)).collect();
+        let horizon: Vec<f64> = levels.iter().map(|z| medium.horizon_cosine(*z)).collect();
         let vectors = medium.vectors;
         let log_depth = levels
             .par_iter()
@@ -99,6 +95,7 @@ impl SunTable {
             vectors,
             log_depth,
             horizon_cosine: horizon,
+            ground_km: medium.ground_km(),
         }
     }
 
@@ -122,6 +119,7 @@ impl SunTable {
             vectors: picked,
             log_depth,
             horizon_cosine: self.horizon_cosine.clone(),
+            ground_km: self.ground_km,
         }
     }
 
@@ -133,7 +131,7 @@ impl SunTable {
     )]
     pub(super) fn place(&self, z: f64, cosine: f64) -> SunPlace {
         let mut place = SunPlace {
-            lit: cosine >= horizon_cosine(z),
+            lit: cosine >= horizon_cosine(z - self.ground_km, EARTH_RADIUS_KM + self.ground_km),
             ..SunPlace::default()
         };
         if !place.lit {
@@ -197,7 +195,7 @@ impl pulp::NullaryFnOnce for DepthToSpace<'_> {
         let r0 = EARTH_RADIUS_KM + z;
         let impact = r0 * ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt();
         let from = if cosine < 0.0 {
-            let tangent = (impact - EARTH_RADIUS_KM).max(0.0);
+            let tangent = (impact - EARTH_RADIUS_KM).max(self.medium.ground_km());
             self.add_shells(tangent, z, impact);
             tangent
         } else {
@@ -213,10 +211,7 @@ impl DepthToSpace<'_> {
     fn add_shells(&mut self, from: f64, to: f64, impact: f64) {
         let levels = self.medium.finder.levels();
         let impact_square = impact * impact;
-        let length = |z: f64| {
-            let r = EARTH_RADIUS_KM + z;
-            ((r - impact) * (r + impact)).max(0.0).sqrt()
-        };
+        let length = |z: f64| half_chord(EARTH_RADIUS_KM + z, impact);
         let mut k = self.medium.finder.find(from).level;
         let mut a = from;
         let mut length_a = length(a);

@@ -6,7 +6,7 @@
 
 use super::lanes::{Lanes, WIDTH, ZERO, lane, simpson_transmittance};
 use super::medium::{Between, LevelFinder, Medium};
-use super::path::{Path, Point, Ray, Sampling};
+use super::path::{Path, Point, Ray, Sampling, Steps};
 
 /// A place along the path where the source is read.
 #[derive(Clone, Copy, Debug)]
@@ -38,6 +38,13 @@ impl Stop {
     }
 }
 
+impl Stop {
+    /// Cosine of the local sun zenith angle at the stop of a ray.
+    pub(super) fn sun_cosine(&self, ray: &Ray) -> f64 {
+        ((ray.radius * ray.sun_cosine + self.length * ray.cos_gamma) / self.radius).clamp(-1.0, 1.0)
+    }
+}
+
 /// Where a source is read along a path.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Readings<'a> {
@@ -58,8 +65,10 @@ pub(super) struct Template {
     pub(super) rayleigh: Vec<Lanes>,
     pub(super) aerosol: Vec<Lanes>,
     pub(super) weights: Vec<Lanes>,
-    /// Transmittance to the ground at the last stop; empty if the path ends in space or darkness.
-    pub(super) ground: Vec<Lanes>,
+    /// Transmittance of the whole path.
+    pub(super) through: Vec<Lanes>,
+    /// Whether the last stop lies on the ground.
+    pub(super) ends_on_ground: bool,
 }
 
 /// Sampling of the source: by shells and the turn of the vertical only.
@@ -71,95 +80,95 @@ const STOPS: Sampling = Sampling {
 };
 
 impl Template {
-    /// Integrates the attenuation along a ray that leaves radius \[km\] at a zenith cosine.
+    /// Integrates the attenuation along a ray of any azimuth, no farther than `reach` \[km\].
     #[inline(always)]
     pub(super) fn new(
-        radius: f64,
-        cosine: f64,
+        ray: &Ray,
+        reach: f64,
         medium: &Medium,
         readings: &Readings<'_>,
-        shells: &[f64],
-        sampling: &Sampling,
+        steps: Steps<'_>,
         path: &mut Path,
     ) -> Self {
-        // an azimuth-free ray: a sun in the zenith casts no shadow on it
-        let ray = Ray {
-            radius,
-            cosine,
-            sun_cosine: 1.0,
-            cos_gamma: cosine,
+        let coarse = Steps {
+            shells: readings.levels.levels(),
+            sampling: &STOPS,
         };
-        path.trace(&ray, medium, readings.levels.levels(), &STOPS);
+        path.trace(ray, reach, medium, coarse);
         let stops: Vec<Stop> = path
             .points
             .iter()
             .step_by(2)
             .map(|p| Stop::new(p, readings.levels.find(p.z)))
             .collect();
-        path.trace(&ray, medium, shells, sampling);
+        path.trace(ray, reach, medium, steps);
         let vectors = medium.vectors;
-        let mut rayleigh = vec![ZERO; stops.len() * vectors];
-        let mut aerosol = rayleigh.clone();
-        let mut ground = Vec::new();
+        let mut template = Self {
+            radius: ray.radius,
+            cosine: ray.cosine,
+            rayleigh: vec![ZERO; stops.len() * vectors],
+            aerosol: vec![ZERO; stops.len() * vectors],
+            weights: Vec::new(),
+            stops,
+            through: Vec::with_capacity(vectors),
+            ends_on_ground: path.ground,
+        };
         for v in 0..vectors {
-            let mut through = [1.0; WIDTH];
-            let mut extinction = medium.at(&medium.extinction, path.points[0].place, v);
-            let mut stop = 0;
-            for (k, length) in path.lengths.iter().enumerate() {
-                let [e_m, e_b] =
-                    [1, 2].map(|i| medium.at(&medium.extinction, path.points[2 * k + i].place, v));
-                let (middle, end) = simpson_transmittance(lane(*length), &extinction, &e_m, &e_b);
-                for (i, simpson) in [(0, 1.0), (1, 4.0), (2, 1.0)] {
-                    let point = &path.points[2 * k + i];
-                    while stop + 2 < stops.len() && stops[stop + 1].length < point.length {
-                        stop += 1;
-                    }
-                    let span = (stops[stop + 1].length - stops[stop].length).max(1e-12);
-                    let f = ((point.length - stops[stop].length) / span).clamp(0.0, 1.0);
-                    let share = length * simpson / 6.0;
-                    let shares = [lane((1.0 - f) * share), lane(f * share)];
-                    for (table, weights) in [
-                        (&medium.rayleigh, &mut rayleigh),
-                        (&medium.aerosol, &mut aerosol),
-                    ] {
-                        let scattering = medium.at(table, point.place, v);
-                        for l in 0..WIDTH {
-                            let attenuation = match i {
-                                0 => through[l],
-                                1 => through[l] * middle[l],
-                                _ => through[l] * end[l],
-                            };
-                            let w = attenuation * scattering[l];
-                            weights[stop * vectors + v][l] += shares[0] * w;
-                            weights[(stop + 1) * vectors + v][l] += shares[1] * w;
-                        }
-                    }
-                }
-                for l in 0..WIDTH {
-                    through[l] *= end[l];
-                }
-                extinction = e_b;
-            }
-            if path.ground {
-                ground.push(through);
-            }
+            template.share_out(path, medium, v);
         }
-        let weights: Vec<Lanes> = rayleigh
+        template.weights = template
+            .rayleigh
             .iter()
-            .zip(&aerosol)
+            .zip(&template.aerosol)
             .map(|(r, a)| core::array::from_fn(|l| r[l] + a[l]))
             .collect();
-        let mut template = Self {
-            radius,
-            cosine,
-            stops,
-            rayleigh,
-            aerosol,
-            weights,
-            ground,
-        };
         template.drop_faint_stops(vectors, readings.faint);
         template
+    }
+
+    /// Shares what is scattered along a path out to the stops on either side, for one vector.
+    #[inline(always)]
+    fn share_out(&mut self, path: &Path, medium: &Medium, v: usize) {
+        let (vectors, stops) = (medium.vectors, &self.stops);
+        let mut through = [1.0; WIDTH];
+        let mut extinction = medium.at(&medium.extinction, path.points[0].place, v);
+        let mut stop = 0;
+        for (k, length) in path.lengths.iter().enumerate() {
+            let [e_m, e_b] =
+                [1, 2].map(|i| medium.at(&medium.extinction, path.points[2 * k + i].place, v));
+            let (middle, end) = simpson_transmittance(lane(*length), &extinction, &e_m, &e_b);
+            for (i, simpson) in [(0, 1.0), (1, 4.0), (2, 1.0)] {
+                let point = &path.points[2 * k + i];
+                while stop + 2 < stops.len() && stops[stop + 1].length < point.length {
+                    stop += 1;
+                }
+                let span = (stops[stop + 1].length - stops[stop].length).max(1e-12);
+                let f = ((point.length - stops[stop].length) / span).clamp(0.0, 1.0);
+                let share = length * simpson / 6.0;
+                let shares = [lane((1.0 - f) * share), lane(f * share)];
+                for (table, weights) in [
+                    (&medium.rayleigh, &mut self.rayleigh),
+                    (&medium.aerosol, &mut self.aerosol),
+                ] {
+                    let scattering = medium.at(table, point.place, v);
+                    for l in 0..WIDTH {
+                        let attenuation = match i {
+                            0 => through[l],
+                            1 => through[l] * middle[l],
+                            _ => through[l] * end[l],
+                        };
+                        let w = attenuation * scattering[l];
+                        weights[stop * vectors + v][l] += shares[0] * w;
+                        weights[(stop + 1) * vectors + v][l] += shares[1] * w;
+                    }
+                }
+            }
+            for l in 0..WIDTH {
+                through[l] *= end[l];
+            }
+            extinction = e_b;
+        }
+        self.through.push(through);
     }
 
     /// A stop at every point of a path; for sunlight, which is not smooth enough for fewer.
@@ -172,7 +181,7 @@ impl Template {
             .collect();
         let vectors = medium.vectors;
         let mut weights = vec![ZERO; stops.len() * vectors];
-        let mut ground = Vec::new();
+        let mut all_through = Vec::with_capacity(vectors);
         for v in 0..vectors {
             let extinction = |i: usize| medium.at(&medium.extinction, path.points[i].place, v);
             let mut through = [1.0; WIDTH];
@@ -190,9 +199,7 @@ impl Template {
                 }
                 start = stop;
             }
-            if path.ground {
-                ground.push(through);
-            }
+            all_through.push(through);
         }
         let arriving = |table: &[Lanes]| -> Vec<Lanes> {
             weights
@@ -211,8 +218,17 @@ impl Template {
             aerosol: arriving(&medium.aerosol),
             weights: Vec::new(),
             stops,
-            ground,
+            through: all_through,
+            ends_on_ground: path.ground,
         }
+    }
+
+    /// Cosine of the local sun zenith angle where a ray meets the ground, if it does.
+    pub(super) fn ground_sun_cosine(&self, ray: &Ray) -> Option<f64> {
+        self.stops
+            .last()
+            .filter(|_| self.ends_on_ground)
+            .map(|stop| stop.sun_cosine(ray))
     }
 
     /// Drops stops from which at most a faint share arrives at any wavelength; the last stays, it may
