@@ -47,36 +47,47 @@ fn summed(sky: &UtmSky, altitude_km: f64, turbidity: f64, above_deg: f64) -> Fal
 #[test]
 fn a6_the_disc_sets_over_half_a_degree() -> Fallible<()> {
     let sky = UtmSky::embedded()?;
-    for altitude_km in [0.0, 1.0, 10.0, 30.0] {
-        for turbidity in [1.2, 3.0] {
-            let at = |above_deg| sunlight(&sky, altitude_km, turbidity, above_deg);
-            let up = at(0.3)?;
-            assert!(up > 0.0);
+    let mut compared = 0;
+    for [altitude_km, turbidity] in [
+        [0.0, 1.2],
+        [1.0, 1.2],
+        [10.0, 1.2],
+        [10.0, 3.0],
+        [30.0, 8.0],
+    ] {
+        let at = |above_deg| sunlight(&sky, altitude_km, turbidity, above_deg);
+        let up = at(0.3)?;
+        let air = format!("{altitude_km} km, T {turbidity}");
+        assert!(up > 1.0, "{air}: there is light to lose, {up}");
+        assert!(
+            at(-SUN_RADIUS_DEG - 1e-3)? == 0.0,
+            "{air}: the whole disc is below"
+        );
+        assert!(
+            at(-SUN_RADIUS_DEG + 0.02)? > 0.0,
+            "{air}: its upper limb is not"
+        );
+        let mut last = up;
+        for step in 1..=60 {
+            let above_deg = 0.3 - 0.01 * f64::from(step);
+            let here = at(above_deg)?;
+            let step = (last - here) / up;
             assert!(
-                at(-SUN_RADIUS_DEG - 1e-3)? == 0.0,
-                "the whole disc is below"
+                (0.0..0.05).contains(&step),
+                "{air}, {above_deg}: {here} after {last}"
             );
-            assert!(at(-SUN_RADIUS_DEG + 0.02)? > 0.0, "its upper limb is not");
-            let mut last = up;
-            for step in 1..=60 {
-                let above_deg = 0.3 - 0.01 * f64::from(step);
-                let here = at(above_deg)?;
-                assert!(
-                    here <= last,
-                    "{altitude_km} km, {above_deg}: {here} after {last}"
-                );
-                assert!(
-                    last - here < 0.05 * up,
-                    "{altitude_km} km, {above_deg}: {here} after {last}"
-                );
-                let want = summed(&sky, altitude_km, turbidity, above_deg)?;
+            // half the variance of the logarithm over the disc is what one path for all of it misses
+            let want = summed(&sky, altitude_km, turbidity, above_deg)?;
+            if want > 0.01 * up {
                 println!(
-                    "{altitude_km} {turbidity} {above_deg:.2} {here:.2} {want:.2} {:.3}",
+                    "{air} {above_deg:.2} {here:.2} {want:.2} {:.4}",
                     here / want
                 );
-                last = here;
+                compared += 1;
             }
+            last = here;
         }
     }
+    assert!(compared > 200, "{compared}");
     Ok(())
 }
