@@ -8,7 +8,7 @@ use sky_core::direction::SkyDirection;
 use sky_core::lut::Lut;
 use sky_core::quantity::{Angle, Length};
 use sky_core::conditions::Conditions;
-use sky_core::utm_sky::UtmSky;
+use sky_science::table_sky::TableSky;
 
 /// CRC-64/XZ, bit by bit.
 fn crc(bytes: &[u8]) -> u64 {
@@ -31,7 +31,7 @@ fn check(bytes: &[u8]) {
     let again = Lut::decode(&lut.encode()).expect("what was written is read");
     assert_eq!(again.encode(), lut.encode());
     let domain = lut.header().domain;
-    let sky = UtmSky::new(lut);
+    let Ok(sky) = TableSky::new(lut) else { return };
     let conditions = Conditions {
         observer_altitude: Length::from_km(domain.altitude_km[0]),
         turbidity: domain.turbidity[1],

@@ -231,7 +231,7 @@ fn a_plan_is_baked_and_refuses_what_lies_outside() {
     refuse(
         directory.path(),
         &format!("{hazy} --altitude-km 0.2 --sun-zenith-deg 30"),
-        &["turbidity", "outside"],
+        &["visual range [km]: 20 is outside"],
     );
     // what draws pictures takes the table, or the plan itself, and draws it as planned
     assert_eq!(
@@ -293,7 +293,7 @@ fn a_plan_is_baked_and_refuses_what_lies_outside() {
 fn a_table_may_lack_products_and_altitudes() {
     let lut = &runway().lut;
     assert!(lut.term_slots().len() < 22);
-    let sky = UtmSky::new(lut.clone());
+    let sky = UtmSky::new(lut.clone()).expect("a table for the runtime");
     let air = sky_core::aerial::AerialFrame::new(
         &sky,
         runway().plan.domain().turbidity[0],

@@ -3,7 +3,7 @@
 
 #![expect(clippy::unwrap_used, reason = "tests")]
 
-use sky_core::air_mass::{plane_parallel_air_mass, relative_air_mass};
+use sky_core::air_mass::relative_air_mass;
 use sky_core::direction::SkyDirection;
 use sky_core::quantity::{Angle, Length};
 use sky_fit::problem::{
@@ -11,6 +11,7 @@ use sky_fit::problem::{
 };
 use sky_science::direction::report_directions;
 use sky_science::perez::PerezCoefficients;
+use sky_science::perez::plane_parallel_air_mass;
 
 const RAYLEIGH: PerezCoefficients = PerezCoefficients::from_array([-0.995, -0.1, 0.1, -0.8, 0.85]);
 const HAZE: PerezCoefficients = PerezCoefficients::from_array([-0.8, -0.5, 6.0, -3.0, 0.3]);

@@ -16,6 +16,7 @@ use sky_core::quantity::{Angle, EARTH_RADIUS_KM, Length};
 use sky_core::utm_sky::UtmSky;
 use sky_science::cie::ColorWeights;
 use sky_science::spectrum::Spectrum;
+use sky_science::utm2005::path_utm2005;
 use sky_sim::optics::{OpticalProfile, OpticsSettings};
 use sky_sim::profile::AtmosphereProfile;
 use sky_sim::solar::SolarSpectrum;
@@ -199,7 +200,7 @@ fn finite_paths_meet_the_transport_engine() {
             case.direction.unit_vector(),
             single(case.distance_km),
         );
-        let found = [air.path(h, d, s), air.path_utm2005(&frame, h, d, s)];
+        let found = [air.path(h, d, s), path_utm2005(&air, &frame, h, d, s)];
         let mut row = [0.0; 4];
         for (k, path) in found.iter().enumerate() {
             let t = f64::from(path.transmittance[3]);

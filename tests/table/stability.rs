@@ -16,8 +16,9 @@ use sky_core::color::Yxy;
 use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
 use sky_core::lut::Lut;
-use sky_core::utm_sky::{EMBEDDED_LUT, UtmSky};
+use sky_core::utm_sky::EMBEDDED_LUT;
 use sky_science::sky_model::SkyModel;
+use sky_science::table_sky::TableSky;
 use sky_sim::optics::OpticalProfile;
 use sky_sim::profile::AtmosphereProfile;
 use sky_sim::table::{ColumnSpec, Table};
@@ -81,7 +82,7 @@ fn default_up_to(sun_zenith_deg: f64) -> Subject {
     let mut header = lut.header().clone();
     header.domain.sun_zenith_deg[1] = sun_zenith_deg;
     let narrowed = Lut::new(header, lut.data().to_vec()).unwrap();
-    Subject::table_of(UtmSky::new(narrowed), "embedded")
+    Subject::table_of(TableSky::new(narrowed).expect("a sky"), "embedded")
 }
 
 #[test]

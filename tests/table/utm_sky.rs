@@ -14,6 +14,7 @@ use sky_core::utm_sky::{EMBEDDED_LUT, UtmSky};
 use sky_fit::sweep::Grid;
 use sky_science::metrics::{Statistics, relative_error};
 use sky_science::sky_model::SkyModel;
+use sky_science::table_sky::TableSky;
 use sky_sim::optics::OpticsSettings;
 use sky_sim::profile::AtmosphereProfile;
 
@@ -148,7 +149,7 @@ fn the_report_s_rule_turns_light_negative() {
     .expect("a table");
     assert_eq!(lut.header().shape(), [5, 3, 3]);
     assert!(sweep.nodes.iter().all(|n| n.channels.len() == 3));
-    let sky = UtmSky::new(lut);
+    let sky = TableSky::new(lut).expect("a sky");
     // the cases of the shipped table, as far as the report's grid reaches
     let cases = held_out_cases(&nodes(&embedded()), &CLAIMED, CaseCounts::default()).all();
     let all = evaluate(&*TRUTH, &[&sky], &cases).expect("inside the domain")[0].pooled();

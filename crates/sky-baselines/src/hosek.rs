@@ -13,7 +13,7 @@
 use hw_skymodel::rgb::{SkyParams, SkyState};
 use sky_core::color::XYZ_FROM_LINEAR_SRGB;
 use sky_core::color::Yxy;
-use sky_core::conditions::{Conditions, Domain, OutsideDomain};
+use sky_core::conditions::{Conditions, Domain, OutsideDomain, Quantity};
 use sky_core::direction::SkyDirection;
 use sky_core::quantity::LUMINOUS_EFFICACY_LM_PER_W;
 use sky_science::shader_sky::{ShaderFrame, ShaderSky};
@@ -104,7 +104,7 @@ impl Hosek {
             albedo: [self.ground_albedo; 3],
         });
         let (params, radiances) = state.map(|s| s.raw()).map_err(|_| OutsideDomain {
-            quantity: "turbidity",
+            quantity: Quantity::Turbidity,
             found: conditions.turbidity,
             expected: DOMAIN.turbidity,
         })?;

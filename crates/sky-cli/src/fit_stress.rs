@@ -18,10 +18,10 @@ use sky_core::conditions::Conditions;
 use sky_core::direction::SkyDirection;
 use sky_core::lut::Form;
 use sky_core::quantity::Length;
-use sky_core::utm_sky::PEREZ_SCALE_HEIGHT_KM;
 use sky_fit::problem::{Channel, FitOptions, PerezFit, Sample, SkySamples, Starts, fit_channel};
 use sky_fit::sweep::SkyMap;
 use sky_science::perez::PerezCoefficients;
+use sky_science::perez_sky::PEREZ_SCALE_HEIGHT_KM;
 use sky_sim::optics::OpticsSettings;
 use sky_sim::profile::AtmosphereProfile;
 

@@ -220,7 +220,7 @@ const PANELS: [Panel; 18] = [
 /// # Errors
 /// When the table cannot be read, there is no GPU or a file cannot be written.
 pub fn run(args: &GalleryArgs) -> Result<()> {
-    let sky = UtmSky::new(load(&args.lut)?);
+    let sky = UtmSky::new(load(&args.lut)?)?;
     create_directory(&args.out)?;
     let sheet_file = OutputFile::create(&args.out.join("gallery.png"))?;
     let page_file = OutputFile::create(&args.out.join("gallery.html"))?;

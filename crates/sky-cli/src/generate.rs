@@ -13,10 +13,10 @@ use sky_core::extinction::Extinction;
 use sky_core::lut::{
     CHANNELS, ErrorQuantiles, FitStatistics, Form, Interpolation, Lut, LutHeader, Storage,
 };
-use sky_core::utm_sky::UtmSky;
 use sky_fit::sweep::{Grid, SkyMap, Sweep, sweep};
 use sky_science::metrics::{Statistics, ciede2000_of_lights, relative_error, white_luminance};
 use sky_science::sky_model::SkyModel;
+use sky_science::table_sky::TableSky;
 use sky_sim::optics::OpticsSettings;
 
 use crate::args::{Engine, GenerateArgs, GridChoice};
@@ -186,7 +186,7 @@ pub fn bake(
             below_horizontal: grid.form != Form::PerezReport,
         },
     };
-    let draft = UtmSky::new(Lut::from_f64(header.clone(), &sweep.values)?);
+    let draft = TableSky::new(Lut::from_f64(header.clone(), &sweep.values)?)?;
     let fit = statistics(&draft, &sweep.maps.iter().collect::<Vec<_>>())?;
     Ok((
         Lut::from_f64(LutHeader { fit, ..header }, &sweep.values)?,
@@ -195,7 +195,7 @@ pub fn bake(
 }
 
 /// Errors of a table over the maps it was fitted to.
-pub(crate) fn statistics(sky: &UtmSky, maps: &[&SkyMap]) -> Result<FitStatistics> {
+pub(crate) fn statistics(sky: &dyn SkyModel, maps: &[&SkyMap]) -> Result<FitStatistics> {
     let (mut colors, mut luminances) = (Vec::new(), Vec::new());
     for map in maps {
         let Some(white) = white_luminance(&map.sky) else {

@@ -1,6 +1,6 @@
 //! `utm-sky light`: what a scene is lit with, as JSON.
 
-use anyhow::{Result, anyhow};
+use anyhow::Result;
 use serde_json::{Value, json};
 use sky_core::color::{LinearSrgb, xyz_from_linear_srgb, yxy_from_xyz};
 use sky_core::picture::Picture;
@@ -17,7 +17,7 @@ use crate::scene::Scene;
 pub fn run(args: &LightArgs) -> Result<()> {
     let scene = Scene::open(&args.scene)?;
     let picture = Picture::new(&scene.sky, &scene.conditions, single(args.albedo))
-        .map_err(|e| anyhow!("{}: {e}", scene.source))?;
+        .map_err(|e| scene.refusal(e))?;
     let text = serde_json::to_string_pretty(&described(&picture))? + "\n";
     print(&text)?;
     Ok(())

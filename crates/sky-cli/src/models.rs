@@ -7,6 +7,7 @@ use sky_core::conditions::{Conditions, Domain};
 use sky_core::direction::SkyDirection;
 use sky_core::utm_sky::{EMBEDDED_LUT, UtmSky};
 use sky_fit::sweep::Grid;
+use sky_science::perez_sky::PerezSky;
 use sky_science::shader_sky::ShaderSky;
 use sky_science::sky_model::SkyModel;
 use sky_sim::optics::OpticsSettings;
@@ -226,7 +227,7 @@ impl Model {
             Source::Table(grid) => {
                 let air = truth.extinction()?;
                 let (lut, _) = bake(truth, &grid()?, Path::new("general"), air)?;
-                let sky = PerezTable::new(UtmSky::new(lut));
+                let sky = PerezTable::new(PerezSky::new(lut)?);
                 Opened {
                     bytes: sky.table_bytes(),
                     sky: Sky::Shaded(Box::new(sky)),

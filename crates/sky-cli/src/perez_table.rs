@@ -1,5 +1,5 @@
 //! A table of a Perez form on the GPU: the nodes around a frame's place go to the shader, which blends
-//! their lights as [`sky_core::utm_sky::SkyFrame`] does.
+//! their lights as [`sky_science::perez_sky::PerezFrame`] does.
 //!
 //! For comparison: the renderer draws tables of the extended form alone.
 
@@ -8,16 +8,16 @@ use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
 use sky_core::extended::angle;
 use sky_core::lut::Interpolation;
-use sky_core::utm_sky::{Formula, UtmSky, perez};
+use sky_science::perez_sky::{PerezSky, perez};
 use sky_science::shader_sky::{ShaderFrame, ShaderSky};
 use sky_science::sky_model::SkyModel;
 
 /// A sky whose formula is one of Perez's.
 #[derive(Debug)]
-pub(crate) struct PerezTable(UtmSky);
+pub(crate) struct PerezTable(PerezSky);
 
 impl PerezTable {
-    pub(crate) const fn new(sky: UtmSky) -> Self {
+    pub(crate) const fn new(sky: PerezSky) -> Self {
         Self(sky)
     }
 }
@@ -49,19 +49,15 @@ impl ShaderSky for PerezTable {
         )
     }
 
-    /// Empty for a table of another form.
     fn shader_frame(&self, conditions: &Conditions) -> Result<ShaderFrame, OutsideDomain> {
-        let frame = self.0.frame(conditions)?;
-        let Formula::Perez(nodes) = frame.formula() else {
-            return Ok(ShaderFrame::default());
-        };
-        let [sin_sun, cos_sun] = frame.sun();
+        let nodes = self.0.frame(conditions)?;
+        let [sin_sun, cos_sun] = nodes.sun;
         let sun_zenith = angle(sin_sun, cos_sun);
         let (scale_heights, root, lowest) = if nodes.plane_parallel {
             (0.0, 0.0, 0.0)
         } else {
-            let radii = frame.radii();
-            (radii.scale_heights[0], radii.roots[0], frame.cos_horizon())
+            let radii = nodes.radii;
+            (radii.scale_heights[0], radii.roots[0], nodes.cos_horizon)
         };
         let linear = nodes.interpolation == Interpolation::ReportLagrange;
         let mut uniforms = vec![

@@ -2,11 +2,12 @@
 
 use std::fmt::Write as _;
 
-use anyhow::{Result, anyhow, bail};
+use anyhow::{Result, bail};
 use sky_core::aerial::{AerialFrame, AerialPath, path_meets_ground};
 use sky_core::color::{LinearSrgb, xyz_from_linear_srgb, yxy_from_xyz};
 use sky_core::direction::SkyDirection;
 use sky_core::quantity::single;
+use sky_science::utm2005::path_utm2005;
 use sky_sim::table::{ColumnSpec, Table};
 
 use crate::args::{Aerial, SegmentArgs};
@@ -31,7 +32,7 @@ pub fn run(args: &SegmentArgs) -> Result<()> {
     let conditions = &scene.conditions;
     let frame = scene.frame()?;
     let air = AerialFrame::new(&scene.sky, conditions.turbidity, conditions.sun_zenith)
-        .map_err(|e| anyhow!("{}: {e}", scene.source))?;
+        .map_err(|e| scene.refusal(e))?;
     let out = OutputFile::create(&args.out)?;
     let mut text = String::from(
         "view_zenith_deg,relative_azimuth_deg,distance_km,transmittance_r,transmittance_g,\
@@ -52,7 +53,7 @@ pub fn run(args: &SegmentArgs) -> Result<()> {
         }
         let path = match args.aerial {
             Aerial::Default => air.path(altitude_km, direction, distance_km),
-            Aerial::Utm2005 => air.path_utm2005(&frame, altitude_km, direction, distance_km),
+            Aerial::Utm2005 => path_utm2005(&air, &frame, altitude_km, direction, distance_km),
         };
         write_row(&mut text, [*zenith, *azimuth, *distance], &path)?;
     }

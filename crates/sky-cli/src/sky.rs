@@ -5,7 +5,7 @@ use anyhow::{Result, anyhow};
 use crate::args::SkyArgs;
 use crate::files::OutputFile;
 use crate::models;
-use crate::scene::Scene;
+use crate::scene::table_frame;
 use crate::table_io::{DirectionTable, yxy_map_csv};
 
 /// Runs the command.
@@ -21,7 +21,7 @@ pub fn run(args: &SkyArgs) -> Result<()> {
         OutputFile::create(&args.out)?.commit(yxy_map_csv(&directions, &map).as_bytes())?;
         return Ok(());
     }
-    let frame = Scene::open(&args.scene)?.frame()?;
+    let frame = table_frame(&args.scene)?;
     let map = directions
         .directions
         .iter()

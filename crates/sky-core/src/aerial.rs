@@ -14,12 +14,11 @@
 
 use crate::color::linear_srgb;
 use crate::conditions::{Conditions, OutsideDomain};
-use crate::extended::{self, Coefficients, Radii, angle};
-use crate::extinction::{Extinction, LEVEL_STEP_KM, LEVELS};
+use crate::extended::{self, Coefficients, Radii, angle, angle_from_sun};
+use crate::extinction::{LEVEL_STEP_KM, LEVELS};
 use crate::light::VisibleSun;
-use crate::lut::{Form, LutHeader};
 use crate::quantity::{Angle, EARTH_RADIUS_KM, Length, single};
-use crate::utm_sky::{SkyFrame, UtmSky, angle_from_sun, haze_coordinate, two_in};
+use crate::utm_sky::{MAX_LAYERS, UtmSky, haze_coordinate};
 
 /// Sections of a path, shorter near its lower end, where the haze is.
 pub const SECTIONS: u8 = 4;
@@ -30,13 +29,7 @@ const SPACE_SECTIONS: u8 = 8;
 /// Where the air ends \[km\].
 const SPACE_KM: f32 = 100.0;
 
-/// Altitude nodes that a frame can hold.
-pub const MOST_LAYERS: usize = 16;
-
 const RADIUS_KM: f32 = single(EARTH_RADIUS_KM);
-
-/// One over the scale height of the report's transparency \[km⁻¹\]: that of air.
-const UTM2005_PER_SCALE_HEIGHT: f32 = 1.0 / 8.0;
 
 /// Least distance of two layers \[km\]: f32 tells them apart.
 const THINNEST_LAYER_KM: f64 = 0.01;
@@ -45,29 +38,6 @@ const THINNEST_LAYER_KM: f64 = 0.01;
 /// in clear air.
 const SCATTERED_BEFORE: f32 = 0.3;
 
-/// What a table lacks for aerial perspective.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum AerialError {
-    /// Its form is not the extended one.
-    #[error("aerial perspective: expected a table of the form extended, found {}", found.name())]
-    Form {
-        /// The form.
-        found: Form,
-    },
-    /// It does not know the air's extinction.
-    #[error("aerial perspective: expected a table with extinction in its header, found none")]
-    NoExtinction,
-    /// It has too many altitudes.
-    #[error("aerial perspective: expected at most {MOST_LAYERS} altitudes, found {found}")]
-    Altitudes {
-        /// How many.
-        found: usize,
-    },
-    /// Haze or sun outside the domain.
-    #[error(transparent)]
-    Domain(#[from] OutsideDomain),
-}
-
 /// The air between an observer and objects for one haze and sun: the sky of every altitude, and the
 /// extinction. No allocation; a shader reads the parts as they lie.
 #[derive(Clone, Debug)]
@@ -75,9 +45,9 @@ pub struct AerialFrame {
     /// Altitude nodes in use, at least two: a table of one altitude stands at both ends of its domain.
     pub layers: usize,
     /// Their altitudes \[km\].
-    pub altitude_km: [f32; MOST_LAYERS],
+    pub altitude_km: [f32; MAX_LAYERS],
     /// Their coefficients.
-    pub coefficients: [Coefficients; MOST_LAYERS],
+    pub coefficients: [Coefficients; MAX_LAYERS],
     /// Sine and cosine of the sun's zenith angle.
     pub sun: [f32; 2],
     /// Extinction coefficients \[km⁻¹\] of air, gas, haze and stratospheric aerosol at four
@@ -112,43 +82,22 @@ struct Place {
 }
 
 impl AerialFrame {
-    /// Whether a table has all that is needed.
-    ///
-    /// # Errors
-    /// When it is not of the extended form, lacks the extinction or has too many altitudes.
-    pub fn check(sky: &UtmSky) -> Result<(&LutHeader, &Extinction), AerialError> {
-        let header = sky.lut().header();
-        if header.form != Form::Extended {
-            return Err(AerialError::Form { found: header.form });
-        }
-        let found = header.altitude_km.len();
-        if found > MOST_LAYERS {
-            return Err(AerialError::Altitudes { found });
-        }
-        let extinction = header
-            .extinction
-            .as_ref()
-            .ok_or(AerialError::NoExtinction)?;
-        Ok((header, extinction))
-    }
-
     /// Gathers what depends on haze and sun.
     ///
     /// # Errors
-    /// When the table is not of the extended form or lacks the extinction, or haze or sun lie outside
-    /// its domain.
-    pub fn new(sky: &UtmSky, turbidity: f64, sun_zenith: Angle) -> Result<Self, AerialError> {
-        let (header, extinction) = Self::check(sky)?;
+    /// When haze or sun lie outside the table's domain.
+    pub fn new(sky: &UtmSky, turbidity: f64, sun_zenith: Angle) -> Result<Self, OutsideDomain> {
+        let (header, extinction) = (sky.lut().header(), sky.extinction());
         let nodes = header.altitude_km.nodes();
         header.domain.check(&Conditions {
             observer_altitude: Length::from_km(header.domain.altitude_km[0]),
             turbidity,
             sun_zenith,
         })?;
-        let mut coefficients = [Coefficients::default(); MOST_LAYERS];
-        let mut altitude_km = [0.0; MOST_LAYERS];
-        let hazes = two_in(&header.turbidity, turbidity, haze_coordinate);
-        let suns = two_in(&header.sun_zenith_deg, sun_zenith.degrees(), |s| s);
+        let mut coefficients = [Coefficients::default(); MAX_LAYERS];
+        let mut altitude_km = [0.0; MAX_LAYERS];
+        let hazes = header.turbidity.blend(turbidity, haze_coordinate);
+        let suns = header.sun_zenith_deg.blend(sun_zenith.degrees(), |s| s);
         for (a, node) in nodes.iter().enumerate() {
             altitude_km[a] = single(*node);
             for (t, wt) in hazes {
@@ -240,39 +189,6 @@ impl AerialFrame {
         }
     }
 
-    /// The path as the report of 2005 has it: Musgrave's mean density, flat Earth, in the corrected
-    /// form, for one scale height of all constituents; the atmosphere's color is the sky's in the
-    /// direction of view, on the other side of the dome where the ray would meet the ground.
-    ///
-    /// Source: the report's Eq. 3.1–3.4. Eq. 3.3 lacks sign, path length, coefficient and scale
-    /// height; with them no branch at equal altitudes is needed.
-    #[must_use]
-    pub fn path_utm2005(
-        &self,
-        sky: &SkyFrame,
-        altitude_km: f32,
-        direction: [f32; 3],
-        distance_km: f32,
-    ) -> AerialPath {
-        let z1 = altitude_km * UTM2005_PER_SCALE_HEIGHT;
-        let z2 = (altitude_km + distance_km * direction[2]) * UTM2005_PER_SCALE_HEIGHT;
-        let mean = mean_of_exponential(-z1, -0.5 * (z1 + z2), -z2);
-        let depth = core::array::from_fn(|w| {
-            let at_ground = self.per_km.iter().map(|c| c[w]).sum::<f32>();
-            at_ground * mean * distance_km
-        });
-        let transmittance = self.transmittance(depth);
-        let [x, y, z] = direction;
-        let atmosphere = sky
-            .light(direction)
-            .or_else(|| sky.light([-x, -y, -z]))
-            .map_or([0.0; 3], linear_srgb);
-        AerialPath {
-            transmittance,
-            inscatter: core::array::from_fn(|i| (1.0 - transmittance[i]) * atmosphere[i]),
-        }
-    }
-
     /// Transmittance of red, green, blue and luminance from an altitude to space in a direction above
     /// the geometric horizon.
     #[must_use]
@@ -344,7 +260,8 @@ impl AerialFrame {
     }
 
     /// Transmittance of red, green, blue and luminance for optical depths at the four wavelengths.
-    fn transmittance(&self, depth: [f32; 4]) -> [f32; 4] {
+    #[must_use]
+    pub fn transmittance(&self, depth: [f32; 4]) -> [f32; 4] {
         let through = depth.map(|d| (-d).exp());
         self.weights.map(|w| dot(w, through).clamp(0.0, 1.0))
     }
@@ -492,7 +409,8 @@ fn distance_to_top(bottom: Place) -> f32 {
 ///
 /// Exact for a straight line of logarithms: (1 − e^(−x))/x of the larger end, x their difference.
 /// A bend at the middle is weighted by how much the mean looks there, 2/3 where x is 0.
-fn mean_of_exponential(start: f32, middle: f32, end: f32) -> f32 {
+#[must_use]
+pub fn mean_of_exponential(start: f32, middle: f32, end: f32) -> f32 {
     let x = (start - end).abs();
     let mean = if x < 0.01 {
         1.0 - x * (0.5 - x / 6.0)

@@ -9,9 +9,6 @@
 
 use crate::quantity::{EARTH_RADIUS_KM, Length};
 
-/// Scale height \[km\] of the air mass that the sky formula uses by default.
-pub const DEFAULT_SCALE_HEIGHT_KM: f64 = 8.0;
-
 /// `erfcx(u) = exp(u²) erfc(u)` for u ≥ 0 as N(u)/D(u): a minimax fit, relative error below 4e-6,
 /// exact at 0 and 1/(√π u) at infinity. Numerator, then denominator, constant term first.
 const ERFCX_NUMERATOR: [f32; 4] = [1.0, 1.116_127, 0.556_468_2, 0.123_927_8];
@@ -24,19 +21,6 @@ const CURVATURE: [f32; 2] = [0.649_091_9, 0.482_488_6];
 /// No slant path above the ground has a larger exponent than 30 km over 1 km; beyond it, under the
 /// horizon, the mass saturates so that it stays a finite `f32`.
 const LARGEST_EXPONENT: f32 = 60.0;
-
-/// Relative optical air mass of a plane-parallel atmosphere, 1/cos θ; infinite at and below the
-/// horizontal.
-#[must_use]
-pub fn plane_parallel_air_mass(cos_view_zenith: f64) -> f64 {
-    if cos_view_zenith > 0.0 {
-        cos_view_zenith.recip()
-    } else if cos_view_zenith.is_nan() {
-        f64::NAN
-    } else {
-        f64::INFINITY
-    }
-}
 
 /// The observer's distance from Earth's center in scale heights, X = (R + h)/H.
 #[must_use]
@@ -277,13 +261,5 @@ mod tests {
                 assert!(twin.is_finite() && twin > 0.9);
             }
         }
-    }
-
-    #[test]
-    fn plane_parallel_mass_ends_at_the_horizontal() {
-        assert!((plane_parallel_air_mass(0.5) - 2.0).abs() < 1e-15);
-        assert!(plane_parallel_air_mass(0.0).is_infinite());
-        assert!(plane_parallel_air_mass(-0.1).is_infinite());
-        assert!(plane_parallel_air_mass(f64::NAN).is_nan());
     }
 }

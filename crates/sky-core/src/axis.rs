@@ -1,7 +1,7 @@
 //! An axis of a table: from a value to its place between nodes, and back.
 //!
-//! This is the one place where values become table coordinates. Outside its first and last node an
-//! axis has no answer: nothing is clamped.
+//! This is the one place where values become places in a table. Outside its first and last node an
+//! axis has no cell.
 
 use serde::{Deserialize, Serialize};
 
@@ -156,28 +156,22 @@ impl Axis {
             .then_some(from * (1.0 - cell.fraction) + to * cell.fraction)
     }
 
-    /// Table coordinate of a value: the node's index at a node, linear between; `None` outside.
+    /// The two nodes around a value and their weights, linear in a coordinate of the axis. A value
+    /// beyond the axis takes its end: the caller has checked the domain, this undoes rounding alone. Of
+    /// a single node both are the same, and the second weighs nothing.
     #[must_use]
-    pub fn coordinate_from_value(&self, value: f64) -> Option<f64> {
-        self.cell_from_value(value)
-            .map(|cell| index_as_f64(cell.lower) + cell.fraction)
-    }
-
-    /// Value at a table coordinate, inverse of [`Self::coordinate_from_value`]; `None` outside 0 to
-    /// `len() - 1`.
-    #[must_use]
-    pub fn value_from_coordinate(&self, coordinate: f64) -> Option<f64> {
-        let last = self.nodes.len() - 1;
-        if !(coordinate >= 0.0 && coordinate <= index_as_f64(last)) {
-            return None;
+    pub fn blend(&self, value: f64, coordinate: impl Fn(f64) -> f64) -> [(usize, f64); 2] {
+        let [low, high] = self.bounds();
+        let value = value.clamp(low, high);
+        match self.cell_from_value(value) {
+            Some(Cell { lower, .. }) if self.len() > 1 => {
+                let from = coordinate(self.nodes[lower]);
+                let to = coordinate(self.nodes[lower + 1]);
+                let fraction = (coordinate(value) - from) / (to - from);
+                [(lower, 1.0 - fraction), (lower + 1, fraction)]
+            }
+            _ => [(0, 1.0), (0, 0.0)],
         }
-        let lower = (0..last.max(1))
-            .rev()
-            .find(|node| index_as_f64(*node) <= coordinate)?;
-        self.value_from_cell(Cell {
-            lower,
-            fraction: coordinate - index_as_f64(lower),
-        })
     }
 }
 
@@ -187,31 +181,6 @@ impl TryFrom<UncheckedAxis> for Axis {
     fn try_from(axis: UncheckedAxis) -> Result<Self, AxisError> {
         Self::new(axis.unit, axis.nodes)
     }
-}
-
-/// Exact up to 2³² nodes.
-fn index_as_f64(index: usize) -> f64 {
-    u32::try_from(index).map_or(f64::INFINITY, f64::from)
-}
-
-/// Weights of the cubic through four nodes at a place (Lagrange); exact for cubics.
-#[must_use]
-pub fn lagrange_weights(nodes: &[f64; 4], x: f64) -> [f64; 4] {
-    core::array::from_fn(|i| {
-        (0..4)
-            .filter(|j| *j != i)
-            .map(|j| (x - nodes[j]) / (nodes[i] - nodes[j]))
-            .product()
-    })
-}
-
-/// The four of some nodes that begin at an index.
-///
-/// # Panics
-/// When fewer than four nodes begin there.
-#[must_use]
-pub fn four_from(nodes: &[f64], first: usize) -> [f64; 4] {
-    core::array::from_fn(|i| nodes[first + i])
 }
 
 #[cfg(test)]
@@ -227,23 +196,21 @@ mod tests {
     }
 
     #[test]
-    fn coordinate_and_value_are_inverse() {
+    fn cell_and_value_are_inverse() {
         for count in [2, 32, 257] {
             let axis = uneven(count);
             for i in 0..=10_000 {
                 let value = 30.0 * f64::from(i) / 10_000.0 - 1.0;
-                let coordinate = axis.coordinate_from_value(value).unwrap();
-                let back = axis.value_from_coordinate(coordinate).unwrap();
-                assert!((back - value).abs() < 1e-9, "{count}: {value} -> {back}");
                 let cell = axis.cell_from_value(value).unwrap();
                 assert!((0.0..=1.0).contains(&cell.fraction));
                 let back = axis.value_from_cell(cell).unwrap();
                 assert!((back - value).abs() < 1e-12, "{count}: {value} -> {back}");
-
-                let coordinate = f64::from(count - 1) * f64::from(i) / 10_000.0;
-                let value = axis.value_from_coordinate(coordinate).unwrap();
-                let back = axis.coordinate_from_value(value).unwrap();
-                assert!((back - coordinate).abs() < 1e-9, "{coordinate} -> {back}");
+                let [(lower, below), (upper, above)] = axis.blend(value, |v| v);
+                let blended = below * axis.nodes()[lower] + above * axis.nodes()[upper];
+                assert!(
+                    (blended - value).abs() < 1e-12,
+                    "{count}: {value} -> {blended}"
+                );
             }
         }
     }
@@ -252,15 +219,18 @@ mod tests {
     fn nodes_are_exact() {
         for count in [2, 32, 257] {
             let axis = uneven(count);
-            for (i, node) in (0..count).zip(axis.nodes()) {
-                assert_eq!(axis.coordinate_from_value(*node), Some(f64::from(i)));
-                assert_eq!(axis.value_from_coordinate(f64::from(i)), Some(*node));
+            for (i, node) in axis.nodes().iter().enumerate() {
+                let cell = axis.cell_from_value(*node).unwrap();
+                assert_eq!(axis.value_from_cell(cell), Some(*node));
+                for (at, weight) in axis.blend(*node, |v| v) {
+                    assert!(weight == 0.0 || at == i && weight == 1.0);
+                }
             }
         }
     }
 
     #[test]
-    fn nothing_is_clamped() {
+    fn nothing_outside_has_a_cell() {
         let axis = uneven(32);
         let [first, last] = axis.bounds();
         for outside in [
@@ -271,10 +241,6 @@ mod tests {
             f64::NEG_INFINITY,
         ] {
             assert_eq!(axis.cell_from_value(outside), None);
-            assert_eq!(axis.coordinate_from_value(outside), None);
-        }
-        for outside in [-1e-9, 31.0 + 1e-9, f64::NAN, f64::INFINITY] {
-            assert_eq!(axis.value_from_coordinate(outside), None);
         }
         let none = |lower, fraction| axis.value_from_cell(Cell { lower, fraction }).is_none();
         assert!(none(31, 0.0) && none(0, 1.1) && none(0, f64::NAN) && none(usize::MAX - 1, 0.5));
@@ -284,10 +250,8 @@ mod tests {
     fn an_axis_of_one_node_is_that_value() {
         let axis = Axis::new("km", vec![5.0]).unwrap();
         assert!(axis.bounds().iter().all(|b| (b - 5.0).abs() < 1e-12));
-        assert_eq!(axis.coordinate_from_value(5.0), Some(0.0));
-        assert_eq!(axis.value_from_coordinate(0.0), Some(5.0));
         assert_eq!(axis.cell_from_value(5.1), None);
-        assert_eq!(axis.value_from_coordinate(0.1), None);
+        assert_eq!(axis.blend(5.1, |v| v), [(0, 1.0), (0, 0.0)]);
     }
 
     #[test]

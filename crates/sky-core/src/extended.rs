@@ -103,6 +103,22 @@ pub fn angle(sine: f32, cosine: f32) -> f32 {
     }
 }
 
+/// The angle between a direction and the sun \[rad\] and its cosine; the sun as sine and cosine of
+/// its zenith angle.
+#[must_use]
+#[expect(
+    clippy::imprecise_flops,
+    reason = "components of unit vectors; hypot guards against overflow at several times the cost"
+)]
+pub fn angle_from_sun(direction: [f32; 3], [sin_sun, cos_sun]: [f32; 2]) -> (f32, f32) {
+    let [x, y, z] = direction;
+    let mu = x * sin_sun + z * cos_sun;
+    // the cross product keeps angles near the sun
+    let across = z * sin_sun - x * cos_sun;
+    let sine = (y * y + across * across).sqrt();
+    (angle(sine, mu), mu)
+}
+
 /// The products in a direction.
 ///
 /// `cosine` is that of the view zenith angle, `gamma` the angle from the sun \[rad\] and `mu` its

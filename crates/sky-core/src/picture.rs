@@ -3,8 +3,8 @@
 //! Twin of the entry points in `shaders/`: the picture where there is no GPU.
 
 use crate::aerial::AerialFrame;
-use crate::aerial::{AerialError, distance_to_ground};
-use crate::conditions::Conditions;
+use crate::aerial::distance_to_ground;
+use crate::conditions::{Conditions, OutsideDomain};
 use crate::light::{SceneLight, SunDisc};
 use crate::quantity::single;
 use crate::utm_sky::{SkyFrame, UtmSky};
@@ -28,12 +28,12 @@ impl Picture {
     /// Gathers it. No allocation.
     ///
     /// # Errors
-    /// As [`AerialFrame::new`].
+    /// When the conditions lie outside the table's domain.
     pub fn new(
         sky: &UtmSky,
         conditions: &Conditions,
         ground_albedo: f32,
-    ) -> Result<Self, AerialError> {
+    ) -> Result<Self, OutsideDomain> {
         let frame = sky.frame(conditions)?;
         let air = AerialFrame::new(sky, conditions.turbidity, conditions.sun_zenith)?;
         let altitude_km = single(conditions.observer_altitude.km());

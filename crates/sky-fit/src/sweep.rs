@@ -6,7 +6,7 @@
 //! is the error of the interpolated table. Out of scope: the file (`sky_core::lut`).
 
 use rayon::prelude::*;
-use sky_core::air_mass::{plane_parallel_air_mass, relative_air_mass};
+use sky_core::air_mass::relative_air_mass;
 use sky_core::axis::{Axis, AxisError};
 use sky_core::color::Yxy;
 use sky_core::conditions::{Conditions, OutsideDomain};
@@ -14,9 +14,10 @@ use sky_core::direction::{SkyDirection, horizon_zenith};
 use sky_core::extended;
 use sky_core::lut::Form;
 use sky_core::quantity::{Angle, Length, single};
-use sky_core::utm_sky::PEREZ_SCALE_HEIGHT_KM;
 use sky_science::direction::report_directions;
 use sky_science::metrics::{SUN_EXCLUSION_DEG, is_clear_of_sun};
+use sky_science::perez::plane_parallel_air_mass;
+use sky_science::perez_sky::PEREZ_SCALE_HEIGHT_KM;
 use sky_science::sky_model::SkyModel;
 
 use crate::banded::{BandedSystem, NotPositive};

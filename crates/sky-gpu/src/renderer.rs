@@ -1,14 +1,13 @@
 //! The renderer: pipelines, uniforms, and the three ways to draw a sky.
 
 use glam::Vec3;
-use sky_core::aerial::AerialError;
-use sky_core::conditions::Conditions;
+use sky_core::conditions::{Conditions, OutsideDomain};
 use sky_core::haze::{Haze, HazeError};
 use sky_core::lut::{Lut, LutHeader};
 use sky_core::picture::Picture;
 use sky_core::quantity::{Angle, Length};
 use sky_core::tonemap::{Tone, ev100_from_luminance, exposure_from_ev100, luminance};
-use sky_core::utm_sky::UtmSky;
+use sky_core::utm_sky::{TableError, UtmSky};
 use thiserror::Error;
 
 use crate::camera::{Camera, Dome};
@@ -111,7 +110,7 @@ pub enum FrameError {
     Haze(#[from] HazeError),
     /// Conditions outside the table's domain.
     #[error(transparent)]
-    Sky(#[from] AerialError),
+    Sky(#[from] OutsideDomain),
 }
 
 impl SkyFrame {
@@ -199,14 +198,13 @@ impl SkyRenderer {
     /// A renderer for a table and the format of the targets.
     ///
     /// # Errors
-    /// When the table lacks what aerial perspective needs.
+    /// When the table lacks what the runtime needs.
     pub fn new(
         device: &wgpu::Device,
         lut: &Lut,
         target_format: wgpu::TextureFormat,
-    ) -> Result<Self, AerialError> {
-        let sky = UtmSky::new(lut.clone());
-        sky_core::aerial::AerialFrame::check(&sky)?;
+    ) -> Result<Self, TableError> {
+        let sky = UtmSky::new(lut.clone())?;
         let layouts = Layouts::new(device);
         let pipelines = Pipelines::new(device, &layouts, target_format);
         let buffer = |label, size| {

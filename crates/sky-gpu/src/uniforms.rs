@@ -2,12 +2,12 @@
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec3};
-use sky_core::aerial::{AerialFrame, MOST_LAYERS, SECTIONS};
+use sky_core::aerial::{AerialFrame, SECTIONS};
 use sky_core::extended::Coefficients;
 use sky_core::extended::TERMS;
 use sky_core::extinction::LEVELS;
 use sky_core::picture::Picture;
-use sky_core::utm_sky::Formula;
+use sky_core::utm_sky::MAX_LAYERS;
 
 /// `SkyUniform` of `sky_frame.wgsl`.
 #[repr(C)]
@@ -28,8 +28,8 @@ pub(crate) struct SkyUniform {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(crate) struct AerialUniform {
-    coefficients: [[[f32; 4]; TERMS]; MOST_LAYERS],
-    altitude_km: [f32; MOST_LAYERS],
+    coefficients: [[[f32; 4]; TERMS]; MAX_LAYERS],
+    altitude_km: [f32; MAX_LAYERS],
     per_km: [[f32; 4]; 4],
     weights: [[f32; 4]; 4],
     levels: [[f32; 4]; LEVELS],
@@ -72,10 +72,7 @@ impl SkyUniform {
         baked_scale: f32,
         outside_domain: bool,
     ) -> Self {
-        let Formula::Extended(coefficients) = *picture.sky.formula() else {
-            // a picture is made of the extended form alone
-            return Self::zeroed();
-        };
+        let coefficients = *picture.sky.coefficients();
         let radii = picture.sky.radii();
         let [sin_sun, cos_sun] = picture.sky.sun();
         let sun = &picture.sun;

@@ -7,9 +7,13 @@
 
 pub mod cie;
 pub mod direction;
+pub mod lagrange;
 pub mod metrics;
 pub mod perez;
+pub mod perez_sky;
 pub mod phase;
 pub mod shader_sky;
 pub mod sky_model;
 pub mod spectrum;
+pub mod table_sky;
+pub mod utm2005;

@@ -2,7 +2,7 @@
 //! indicatrix around the sun.
 //!
 //! The air mass comes in as a number, so that the printed 1/cos θ and a spherical mass both work;
-//! see [`sky_core::air_mass`]. Out of scope: the sun's disc, and any clamping of coefficients that do
+//! see [`plane_parallel_air_mass`] and [`sky_core::air_mass`]. Out of scope: the sun's disc, and any clamping of coefficients that do
 //! not describe a sky.
 
 use serde::{Deserialize, Serialize};
@@ -24,6 +24,19 @@ pub struct PerezCoefficients {
     pub d: f64,
     /// E: strength of the backscattered light.
     pub e: f64,
+}
+
+/// Relative optical air mass of a plane-parallel atmosphere, 1/cos θ; infinite at and below the
+/// horizontal.
+#[must_use]
+pub fn plane_parallel_air_mass(cos_view_zenith: f64) -> f64 {
+    if cos_view_zenith > 0.0 {
+        cos_view_zenith.recip()
+    } else if cos_view_zenith.is_nan() {
+        f64::NAN
+    } else {
+        f64::INFINITY
+    }
 }
 
 /// Coefficients with which the formula is not a sky everywhere.
@@ -158,7 +171,6 @@ impl PerezCoefficients {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sky_core::air_mass::plane_parallel_air_mass;
     use sky_core::direction::SkyDirection;
 
     // Preetham 1999, appendix A.2, at turbidity 3: slope · T + offset.
@@ -337,5 +349,13 @@ mod tests {
             nan.check(1.0),
             Err(PerezDomainError::NotFinite { name: 'E', .. })
         ));
+    }
+
+    #[test]
+    fn plane_parallel_mass_ends_at_the_horizontal() {
+        assert!((plane_parallel_air_mass(0.5) - 2.0).abs() < 1e-15);
+        assert!(plane_parallel_air_mass(0.0).is_infinite());
+        assert!(plane_parallel_air_mass(-0.1).is_infinite());
+        assert!(plane_parallel_air_mass(f64::NAN).is_nan());
     }
 }

@@ -28,11 +28,11 @@ pub trait SkyModel: Sync {
 
 impl SkyModel for UtmSky {
     fn name(&self) -> &str {
-        UtmSky::name(self)
+        "utm-sky"
     }
 
     fn domain(&self) -> &Domain {
-        &self.lut().header().domain
+        Self::domain(self)
     }
 
     /// Directions below the geometric horizon come out black.

@@ -3,7 +3,7 @@
 //! Wavelengths are in nanometres of air or vacuum as the source of a table has them; the difference
 //! (0.2 nm) is far below the 1 nm of the tables.
 
-use sky_core::axis::{four_from, lagrange_weights};
+use crate::lagrange::{four_from, lagrange_weights};
 use thiserror::Error;
 
 /// A wavelength grid or spectrum that cannot be used: where, what was expected, what was found.

@@ -19,6 +19,7 @@ use sky_core::axis::Axis;
 use sky_core::utm_sky::UtmSky;
 use sky_gpu::headless::Headless;
 use sky_science::sky_model::SkyModel;
+use sky_science::table_sky::TableSky;
 
 use crate::args::AtlasArgs;
 use crate::evaluate::Nodes;
@@ -69,14 +70,12 @@ impl ModelEntry {
             Source::Table(grid) => {
                 let truth = general_truth()?;
                 let (table, _) = bake(&truth, &grid()?, Path::new("general"), truth.extinction()?)?;
-                Ok(Subject::table_of(
-                    UtmSky::new(table),
-                    &format!("{}.utmlut", self.name),
-                ))
+                let lut = format!("{}.utmlut", self.name);
+                Ok(Subject::table_of(TableSky::new(table)?, &lut))
             }
             Source::Published(baseline) => Ok(Subject::other((baseline.sky)())),
             Source::Ours | Source::Baked | Source::Dome => {
-                Ok(Subject::table_of(UtmSky::embedded()?, "embedded"))
+                Ok(Subject::table_of(UtmSky::embedded()?.into(), "embedded"))
             }
         }
     }
@@ -103,7 +102,7 @@ pub struct Subject {
 }
 
 enum Sky {
-    Table(Box<UtmSky>),
+    Table(TableSky),
     Other(Box<dyn SkyModel>),
 }
 
@@ -119,7 +118,7 @@ impl std::fmt::Debug for Subject {
 impl Subject {
     /// A table's sky; `lut` names the table on the command line.
     #[must_use]
-    pub fn table_of(sky: UtmSky, lut: &str) -> Self {
+    pub fn table_of(sky: TableSky, lut: &str) -> Self {
         let header = sky.lut().header();
         let list = |axis: &Axis| axis.nodes().to_vec();
         Self {
@@ -130,7 +129,7 @@ impl Subject {
                 sun_zenith_deg: list(&header.sun_zenith_deg),
             },
             lut: Some(lut.to_owned()),
-            sky: Sky::Table(Box::new(sky)),
+            sky: Sky::Table(sky),
         }
     }
 
@@ -149,16 +148,16 @@ impl Subject {
     #[must_use]
     pub fn model(&self) -> &dyn SkyModel {
         match &self.sky {
-            Sky::Table(sky) => &**sky,
+            Sky::Table(sky) => sky,
             Sky::Other(sky) => &**sky,
         }
     }
 
-    /// The table's sky, if it is one.
+    /// The runtime's sky, if it is one.
     #[must_use]
     pub fn table(&self) -> Option<&UtmSky> {
         match &self.sky {
-            Sky::Table(sky) => Some(sky),
+            Sky::Table(sky) => sky.utm(),
             Sky::Other(_) => None,
         }
     }

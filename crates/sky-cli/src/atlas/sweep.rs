@@ -10,7 +10,7 @@ use sky_core::direction::{SkyDirection, horizon_zenith};
 use sky_core::extended::Coefficients;
 use sky_core::quantity::single;
 use sky_core::quantity::{Angle, EARTH_RADIUS_KM, Length};
-use sky_core::utm_sky::{Formula, SkyFrame, UtmSky};
+use sky_core::utm_sky::{SkyFrame, UtmSky};
 
 use super::Subject;
 use super::kind::{Arithmetic, Kind, Place, Tallies, With};
@@ -391,13 +391,8 @@ impl Sweeper<'_> {
 
     fn frame(&self, conditions: &Conditions) -> Option<(SkyFrame, Coefficients)> {
         let frame = self.subject.table()?.frame(conditions).ok()?;
-        match frame.formula() {
-            Formula::Extended(coefficients) => {
-                let coefficients = *coefficients;
-                Some((frame, coefficients))
-            }
-            Formula::Perez(_) => None,
-        }
+        let coefficients = *frame.coefficients();
+        Some((frame, coefficients))
     }
 
     fn senseless(&self) -> Findings {
@@ -764,15 +759,6 @@ impl Sweeper<'_> {
         let Some(sky) = self.subject.table() else {
             return Vec::new();
         };
-        let domain = self.subject.model().domain();
-        let inside = conditions(
-            domain.altitude_km[0],
-            domain.turbidity[0],
-            domain.sun_zenith_deg[0],
-        );
-        if AerialFrame::new(sky, inside.turbidity, inside.sun_zenith).is_err() {
-            return Vec::new();
-        }
         turbidities
             .par_iter()
             .map(|turbidity| {

@@ -369,7 +369,7 @@ fn one_turbidity(
         },
         ..embedded.lut().header().clone()
     };
-    let sky = UtmSky::new(Lut::from_f64(header, &values)?);
+    let sky = UtmSky::new(Lut::from_f64(header, &values)?)?;
     Ok((start.elapsed().as_secs_f64(), sky))
 }
 
@@ -466,7 +466,7 @@ fn haze(bar: &ProgressBar, points: &mut Vec<Point>) -> Result<()> {
             nodes.len().to_string(),
             nodes == turbidities,
         );
-        points.push(judged(&judge, &UtmSky::new(lut), &cases, label, seconds)?);
+        points.push(judged(&judge, &UtmSky::new(lut)?, &cases, label, seconds)?);
         bar.inc(1);
     }
     Ok(())

@@ -327,7 +327,7 @@ impl Plan {
     pub(super) fn bake_on(&self, lattice: &Lattice<'_>, truth: &TransportSky) -> Result<Lut> {
         let header = header(self, truth)?;
         let fitted = values(lattice, &self.nodes(), &self.term_places()?)?;
-        let draft = UtmSky::new(Lut::from_f64(header.clone(), &fitted)?);
+        let draft = UtmSky::new(Lut::from_f64(header.clone(), &fitted)?)?;
         let mut maps: Vec<&SkyMap> = Vec::new();
         for turbidity in &self.grid.turbidity {
             maps.extend(&lattice.layer(*turbidity)?.maps);

@@ -8,7 +8,7 @@ use sky_core::color::Yxy;
 use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::{SkyDirection, horizon_zenith};
 use sky_core::quantity::{Angle, Length};
-use sky_core::utm_sky::{Formula, UtmSky};
+use sky_core::utm_sky::UtmSky;
 use sky_science::sky_model::SkyModel;
 use sky_sim::plane_parallel;
 use sky_sim::transport::TransportSettings;
@@ -202,10 +202,7 @@ impl SkyModel for Cut {
             }
             _ => {
                 let frame = self.sky.frame(conditions)?;
-                let Formula::Extended(coefficients) = frame.formula() else {
-                    return self.sky.yxy_map(conditions, directions);
-                };
-                let rounded = rounded_to_f16(coefficients);
+                let rounded = rounded_to_f16(frame.coefficients());
                 Ok(directions
                     .iter()
                     .map(|d| with_coefficients(&rounded, frame.radii(), d, conditions))

@@ -218,7 +218,7 @@ fn verified(plan: &Plan, lut: Lut, count: u32, seed: u64) -> Result<Score> {
     let count = usize::try_from(count)?;
     let conditions = random_conditions(&plan.domain(), count, seed);
     let cases = cases(&truth, &conditions, VERIFY_STRIDE, seed, &|| ())?;
-    score_of(plan.tier.drawn(UtmSky::new(lut)).as_ref(), &cases)
+    score_of(plan.tier.drawn(UtmSky::new(lut)?).as_ref(), &cases)
 }
 
 /// What plans are judged by.
@@ -329,7 +329,7 @@ fn formula_error(truth: &TransportSky, header: &LutHeader, pool: &[Case]) -> Res
                 storage: Storage::F32,
                 ..header.clone()
             };
-            let sky = UtmSky::new(Lut::from_f64(header, &values)?);
+            let sky = UtmSky::new(Lut::from_f64(header, &values)?)?;
             Ok(sky.yxy_map(c, &case.directions)?)
         })
         .collect::<Result<_>>()?;
@@ -390,7 +390,7 @@ pub fn plan_scene(scene: &Scene) -> Result<Planned> {
     plan.terms = term_names(&terms)?;
     plan.storage = storage;
     let lut = plan.bake_on(&search.lattice, &fitted)?;
-    let sky = UtmSky::new(lut);
+    let sky = UtmSky::new(lut)?;
     let found = score_of(&sky, &pool)?;
     let bytes = sky.lut().encode().len();
     plan.expected = expected(bytes, &found);

@@ -9,10 +9,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use anyhow::{Context as _, Result};
 use rayon::prelude::*;
-use sky_core::aerial::MOST_LAYERS;
 use sky_core::conditions::Domain;
 use sky_core::extended::{TERM_NAMES, TERMS};
 use sky_core::lut::{Lut, LutHeader, Storage};
+use sky_core::utm_sky::MAX_LAYERS;
 use sky_core::utm_sky::UtmSky;
 use sky_fit::sweep::fit_turbidity;
 
@@ -183,7 +183,7 @@ impl<'a> Search<'a> {
 
     /// Measures a choice whose turbidities were prepared.
     fn measured(&self, choice: Choice) -> Result<Trial> {
-        let sky = UtmSky::new(self.lut(&choice)?);
+        let sky = UtmSky::new(self.lut(&choice)?)?;
         let score = score_of(&sky, self.cases)?;
         (self.done)();
         Ok(Trial {
@@ -271,7 +271,7 @@ impl<'a> Search<'a> {
             if nodes.len() == 1 {
                 edits.push(Edit::Insert(axis, nodes[0]));
             }
-            if axis == 0 && nodes.len() >= MOST_LAYERS {
+            if axis == 0 && nodes.len() >= MAX_LAYERS {
                 continue;
             }
             for pair in nodes.windows(2) {

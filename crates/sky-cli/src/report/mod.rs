@@ -29,9 +29,9 @@ use sky_core::axis::Axis;
 use sky_core::color::Yxy;
 use sky_core::conditions::Conditions;
 use sky_core::lut::{Lut, LutHeader};
-use sky_core::utm_sky::UtmSky;
 use sky_fit::sweep::{Grid, NodeFit, SkyMap, Sweep};
 use sky_science::sky_model::SkyModel;
+use sky_science::table_sky::TableSky;
 use sky_sim::optics::OpticsSettings;
 use sky_sim::profile::AtmosphereProfile;
 
@@ -386,7 +386,7 @@ pub fn write_report(
 ) -> Result<()> {
     let bytes = lut.encode().len();
     let header = lut.header().clone();
-    let sky = UtmSky::new(lut);
+    let sky = TableSky::new(lut)?;
     let (maps, nodes) = match sweep {
         Some(sweep) => (sweep.maps, sweep.nodes),
         None => (node_maps(truth, &header)?, Vec::new()),
@@ -400,8 +400,8 @@ pub fn write_report(
     bar.set_message("report: terms");
     let ledger = plan::ledger(&|| ())?;
     bar.set_message("report: held-out cases and pictures");
-    let (seed, perez) = (UtmSky::new(seed), UtmSky::new(perez));
-    let named = |name: &str, model: &'_ UtmSky| {
+    let (seed, perez) = (TableSky::new(seed)?, TableSky::new(perez)?);
+    let named = |name: &str, model: &'_ TableSky| {
         let h = model.lut().header();
         let nodes = |axis: &Axis| axis.nodes().to_vec();
         (
@@ -481,7 +481,7 @@ fn node_maps(truth: &TransportSky, header: &LutHeader) -> Result<Vec<SkyMap>> {
 }
 
 /// How far a table is from the maps at its nodes, and how the fits went there where a solver made them.
-fn cell_reports(sky: &UtmSky, maps: &[SkyMap], nodes: &[NodeFit]) -> Result<Vec<CellReport>> {
+fn cell_reports(sky: &TableSky, maps: &[SkyMap], nodes: &[NodeFit]) -> Result<Vec<CellReport>> {
     let header = sky.lut().header();
     let on_node = |axis: &Axis, value: f64| axis.nodes().iter().any(|n| (n - value).abs() < 1e-9);
     let mut cells = Vec::new();

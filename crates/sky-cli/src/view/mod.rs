@@ -72,8 +72,7 @@ pub fn run(args: &ViewArgs) -> Result<()> {
         );
     }
     let source = source_name(&args.lut);
-    let sky = UtmSky::new(load(&args.lut)?);
-    sky_core::aerial::AerialFrame::check(&sky).map_err(|e| anyhow!("{source}: {e}"))?;
+    let sky = UtmSky::new(load(&args.lut)?).map_err(|e| anyhow!("{source}: {e}"))?;
     let screenshot = args
         .screenshot
         .as_deref()

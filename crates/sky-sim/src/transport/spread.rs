@@ -7,7 +7,7 @@
 
 use super::lanes::{Lanes, WIDTH};
 use crate::optics::OpticalProfile;
-use sky_core::axis::{four_from, lagrange_weights};
+use sky_science::lagrange::{four_from, lagrange_weights};
 
 /// Widest gap between solved wavelengths \[nm\].
 const WIDEST_GAP_NM: f64 = 30.0;
