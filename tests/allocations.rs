@@ -2,10 +2,10 @@
 
 use std::alloc::System;
 
-use sky_cli::evaluate::conditions;
 use sky_core::direction::SkyDirection;
 use sky_core::picture::Picture;
 use sky_core::utm_sky::UtmSky;
+use sky_eval::cases::conditions;
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 
 #[global_allocator]

@@ -2,7 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use sky_cli::generate::parse_grid;
+use sky_eval::grid::parse_grid;
 
 fuzz_target!(|text: &str| {
     if let Ok(grid) = parse_grid("fuzz.toml", text) {

@@ -5,27 +5,34 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use crate::support::{names, refuse, succeed};
-use sky_cli::args::PlanTerm;
-use sky_cli::plan::scene::Scene;
-use sky_cli::plan::{Plan, Planned, PlannedTier, plan_scene, verify_plan, visibility};
+use sky_cli::io::plan::load_scene;
 use sky_core::conditions::Domain;
 use sky_core::lut::Lut;
 use sky_core::utm_sky::UtmSky;
+use sky_eval::constituents::Part;
+use sky_eval::profiles::NamedProfile;
 use sky_gpu::Tier;
+use sky_plan::scene::Scene;
+use sky_plan::{Plan, Planned, PlannedTier, plan_scene, verify_plan, visibility};
 use tempfile::tempdir;
 
 fn scenes() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../profiles/scenes")
 }
 
+/// The atmosphere of the shipped scenes.
+fn general() -> NamedProfile {
+    NamedProfile::general().expect("a shipped profile")
+}
+
 fn shipped(name: &str) -> Scene {
-    Scene::load(&scenes().join(format!("{name}.toml"))).expect("a shipped scene")
+    load_scene(&scenes().join(format!("{name}.toml"))).expect("a shipped scene")
 }
 
 /// The plan of the runway; several tests look at it.
 fn runway() -> &'static Planned {
     static PLANNED: OnceLock<Planned> = OnceLock::new();
-    PLANNED.get_or_init(|| plan_scene(&shipped("runway_noon")).expect("a plan"))
+    PLANNED.get_or_init(|| plan_scene(&shipped("runway_noon"), &general()).expect("a plan"))
 }
 
 /// A small scene with two values that tests change.
@@ -43,7 +50,7 @@ fn the_shipped_scenes_are_good() {
     for entry in fs::read_dir(scenes()).unwrap() {
         let path = entry.unwrap().path();
         if path.extension().is_some_and(|e| e == "toml") {
-            Scene::load(&path).unwrap();
+            load_scene(&path).unwrap();
             found += 1;
         }
     }
@@ -57,7 +64,14 @@ fn a_runway_at_noon_takes_four_kibibytes() {
     assert!(bytes.len() <= 4096, "{}", bytes.len());
     assert_eq!(bytes.len(), planned.plan.expected.bytes);
     // on cases that the search has not seen
-    let found = verify_plan(&planned.plan, planned.lut.clone(), 200, 77).unwrap();
+    let found = verify_plan(
+        &planned.plan,
+        &general().profile,
+        planned.lut.clone(),
+        200,
+        77,
+    )
+    .unwrap();
     assert!(
         found.delta_e_p95 <= planned.plan.tolerance.delta_e,
         "{found:?}"
@@ -70,7 +84,7 @@ fn a_runway_at_noon_takes_four_kibibytes() {
     let text = toml::to_string(&planned.plan).unwrap();
     let read: Plan = toml::from_str(&text).unwrap();
     assert_eq!(read, planned.plan);
-    assert_eq!(read.bake().unwrap().encode(), bytes);
+    assert_eq!(read.bake(&general()).unwrap().encode(), bytes);
 }
 
 /// Nothing can be taken away: every node and every product is needed.
@@ -91,7 +105,7 @@ fn a_plan_has_nothing_to_spare() {
     // an airliner on a day of one haze
     let text = fs::read_to_string(scenes().join("airliner_day.toml")).unwrap();
     let text = text.replace("turbidity = [1.5, 4.0]", "turbidity = 2.0");
-    is_minimal(&plan_scene(&Scene::from_toml("one_haze", &text).unwrap()).unwrap());
+    is_minimal(&plan_scene(&Scene::from_toml("one_haze", &text).unwrap(), &general()).unwrap());
 }
 
 #[test]
@@ -338,12 +352,12 @@ fn ozone_is_not_futile_for_the_zenith_at_sunset() {
         sun_zenith_deg: [85.0, 94.0],
         below_horizontal: true,
     };
-    let zenith = sky_cli::plan::zenith_without_ozone(Path::new("general"), &domain).unwrap();
+    let zenith = sky_plan::zenith_without_ozone(&general().profile, &domain).unwrap();
     // ΔE by altitude and sun; the least at the top, above most of the ozone
     let least = zenith.iter().map(|(_, e)| *e).fold(f64::INFINITY, f64::min);
     let most = zenith.iter().map(|(_, e)| *e).fold(0.0, f64::max);
     assert!(most > 10.0, "{zenith:?}");
     assert!(least < most / 3.0, "{zenith:?}");
-    let over_all = visibility(Path::new("general"), 0.2, &domain, PlanTerm::Ozone).unwrap();
+    let over_all = visibility(&general().profile, 0.2, &domain, Part::Ozone).unwrap();
     assert!(over_all.directions_seen > 0.9, "{over_all:?}");
 }

@@ -13,13 +13,13 @@ use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use sky_cli::args::SceneKind;
-use sky_cli::evaluate::conditions;
-use sky_cli::render::{Pixels, Shot, draw_on_cpu, looking};
 use sky_core::quantity::Angle;
 use sky_core::tonemap::Tone;
 use sky_core::utm_sky::UtmSky;
+use sky_eval::cases::conditions;
 use sky_gpu::{Camera, Tier};
+use sky_render::Scenery;
+use sky_render::{Pixels, Shot, draw_on_cpu, looking};
 use tempfile::tempdir;
 use x11rb::connection::Connection as _;
 use x11rb::protocol::xproto::{
@@ -107,7 +107,7 @@ fn pixels(path: &Path) -> (Vec<u8>, [u32; 2]) {
 }
 
 /// What the evaluator draws for the window's first frame.
-fn expected(scenery: SceneKind, altitude_km: f64, size: [u32; 2]) -> Vec<u8> {
+fn expected(scenery: Scenery, altitude_km: f64, size: [u32; 2]) -> Vec<u8> {
     let [width, height] = size.map(|side| f32::from(u16::try_from(side).expect("a small side")));
     let shot = Shot {
         conditions: conditions(altitude_km, 2.5, 60.0),
@@ -154,7 +154,7 @@ fn the_window_shows_the_evaluator_s_sky() {
         display.succeed(utm_sky(), dir.path(), &line);
         let (found, size) = pixels(&dir.path().join("sky.png"));
         assert_eq!(size, [320, 180]);
-        let (mean, most) = difference(&found, &expected(SceneKind::None, 1.0, size));
+        let (mean, most) = difference(&found, &expected(Scenery::None, 1.0, size));
         println!("{tier}: mean {mean:.2}, p99 {most}");
         assert!(mean <= 1.0 && most <= 3, "{tier}: {mean} {most}");
     }
@@ -173,7 +173,7 @@ fn the_window_s_terrain_is_that_of_render() {
     let with = format!("{line} --screenshot air.png");
     display.succeed(utm_sky(), dir.path(), &with);
     let (found, size) = pixels(&dir.path().join("air.png"));
-    let (mean, most) = difference(&found, &expected(SceneKind::Terrain, 3.5, size));
+    let (mean, most) = difference(&found, &expected(Scenery::Terrain, 3.5, size));
     println!("terrain: mean {mean:.2}, p99 {most}");
     assert!(mean <= 1.5 && most <= 16, "{mean} {most}");
 

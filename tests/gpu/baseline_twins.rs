@@ -6,18 +6,18 @@
     reason = "the measured figures are part of the test's answer"
 )]
 
-use sky_cli::args::SceneKind;
-use sky_cli::chart::{PUBLISHED_SCALE, published};
-use sky_cli::evaluate::conditions;
-use sky_cli::models::{all, answers, general_truth};
-use sky_cli::render::{Shot, looking};
-use sky_core::color::Yxy;
-use sky_core::color::{LinearSrgb, xyz_from_linear_srgb, yxy_from_xyz};
+use sky_core::color::{LinearSrgb, Yxy, xyz_from_linear_srgb, yxy_from_xyz};
 use sky_core::conditions::{Conditions, Domain};
 use sky_core::direction::SkyDirection;
 use sky_core::quantity::Angle;
+use sky_eval::cases::conditions;
+use sky_eval::models::{all, answers, general_truth};
+use sky_eval::progress::Silent;
 use sky_gpu::headless::Headless;
 use sky_gpu::{Camera, Tier};
+use sky_render::Scenery;
+use sky_render::published::{PUBLISHED_SCALE, published};
+use sky_render::{Shot, looking};
 use sky_science::shader_sky::ShaderSky;
 
 const SIZE: [u32; 2] = [16, 12];
@@ -93,7 +93,7 @@ fn compare(gpu: &Headless, sky: &dyn ShaderSky, conditions: &Conditions) -> Vec<
             ev100: None,
             tone: None,
             tier: Tier::Fragment,
-            scenery: SceneKind::None,
+            scenery: Scenery::None,
             aerial: false,
         };
         let axes = shot.frame().local_axes();
@@ -195,7 +195,7 @@ fn shaders_agree_with_their_twins() {
     let mut wrong = Vec::new();
     let mut models = 0;
     for model in all() {
-        let opened = model.open(&truth).expect("a sky");
+        let opened = model.open(&truth, &Silent).expect("a sky");
         let Some(sky) = opened.shader_sky() else {
             continue;
         };

@@ -20,13 +20,13 @@ use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use sky_cli::args::SceneKind;
-use sky_cli::evaluate::conditions;
-use sky_cli::render::{Painter, Pixels, Shot, facing, file_bytes, looking};
 use sky_core::quantity::Angle;
 use sky_core::tonemap::Tone;
 use sky_core::utm_sky::UtmSky;
+use sky_eval::cases::conditions;
 use sky_gpu::{Camera, Dome, Projection, Tier};
+use sky_render::Scenery;
+use sky_render::{Painter, Pixels, Shot, facing, file_bytes, looking};
 
 /// Largest difference of a channel, in steps of 8 bits: software drivers differ by 1 among themselves,
 /// and the dither turns a last bit into a step.
@@ -132,7 +132,7 @@ impl Golden {
             ev100: self.ev100,
             tone: Some(Tone::Neutral),
             tier: self.tier,
-            scenery: self.terrain.map_or(SceneKind::None, |_| SceneKind::Terrain),
+            scenery: self.terrain.map_or(Scenery::None, |_| Scenery::Terrain),
             aerial: self.terrain.unwrap_or(true),
         }
     }

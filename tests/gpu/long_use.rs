@@ -4,14 +4,13 @@
 use std::thread;
 
 use glam::Vec3;
-use sky_cli::evaluate::conditions;
-use sky_cli::render::looking;
-use sky_core::quantity::single;
-use sky_core::quantity::{Angle, Length};
+use sky_core::quantity::{Angle, Length, single};
 use sky_core::tonemap::luminance;
 use sky_core::utm_sky::UtmSky;
+use sky_eval::cases::conditions;
 use sky_gpu::headless::Headless;
 use sky_gpu::{Camera, Dome, Exposure, Haze, SkyFrame, SkyRenderer, Tier};
+use sky_render::looking;
 
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 

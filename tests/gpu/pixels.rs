@@ -6,20 +6,17 @@
     reason = "the measured figures are part of the test's answer"
 )]
 
-use sky_cli::evaluate::{
-    CaseCounts, Evaluation, LOWEST_RING_ABOVE_HORIZON_DEG, MapErrors, Nodes, compare_maps,
-    held_out_cases,
-};
-use sky_cli::generate::MAP_STEP_NM;
-use sky_cli::render::{Painter, Pixels, Shot, facing, looking};
-use sky_cli::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
-use sky_core::color::Yxy;
-use sky_core::color::{LinearSrgb, xyz_from_linear_srgb, yxy_from_xyz};
+use sky_core::color::{LinearSrgb, Yxy, xyz_from_linear_srgb, yxy_from_xyz};
 use sky_core::conditions::{Conditions, Domain};
 use sky_core::direction::{SkyDirection, horizon_zenith};
 use sky_core::quantity::Angle;
 use sky_core::utm_sky::UtmSky;
+use sky_eval::bake::MAP_STEP_NM;
+use sky_eval::cases::{CaseCounts, LOWEST_RING_ABOVE_HORIZON_DEG, Nodes, held_out_cases};
+use sky_eval::score::{Evaluation, MapErrors, compare_maps};
+use sky_eval::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
 use sky_gpu::{Camera, Projection, Tier};
+use sky_render::{Painter, Pixels, Shot, facing, looking};
 use sky_science::metrics::Statistics;
 use sky_science::sky_model::SkyModel;
 use sky_sim::optics::OpticsSettings;
@@ -75,7 +72,7 @@ fn shots(conditions: &Conditions) -> [Shot; 2] {
         ev100: None,
         tone: None,
         tier: Tier::Fragment,
-        scenery: sky_cli::args::SceneKind::None,
+        scenery: sky_render::Scenery::None,
         aerial: true,
     };
     let horizon = 90.0 - horizon_zenith(conditions.observer_altitude).degrees();

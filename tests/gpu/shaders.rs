@@ -1,8 +1,8 @@
 //! Every shader translates to every language that it is offered in.
 
 use clap::ValueEnum as _;
-use sky_cli::args::ShaderTarget;
-use sky_cli::export_shaders::translate;
+use sky_cli::commands::export_shaders::ShaderTarget;
+use sky_cli::commands::export_shaders::translate;
 use sky_gpu::shader;
 
 #[test]

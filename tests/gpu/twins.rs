@@ -8,16 +8,15 @@
 
 use std::sync::{LazyLock, Mutex};
 
-use sky_cli::evaluate::conditions;
-use sky_cli::render::{Painter, Pixels, Shot, draw_on_cpu, facing, looking};
-use sky_core::color::Yxy;
-use sky_core::color::{LinearSrgb, xyz_from_linear_srgb, yxy_from_xyz};
+use sky_core::color::{LinearSrgb, Yxy, xyz_from_linear_srgb, yxy_from_xyz};
 use sky_core::haze::Haze;
 use sky_core::picture::Picture;
 use sky_core::quantity::{Angle, Length};
 use sky_core::utm_sky::UtmSky;
+use sky_eval::cases::conditions;
 use sky_gpu::headless::Headless;
 use sky_gpu::{Camera, Dome, Projection, SkyFrame, SkyRenderer, Tier};
+use sky_render::{Painter, Pixels, Shot, draw_on_cpu, facing, looking};
 use sky_science::metrics::{ciede2000_of_lights, white_luminance};
 
 static GPU: LazyLock<Headless> =
@@ -37,7 +36,7 @@ fn shot(altitude_km: f64, turbidity: f64, sun_deg: f64, camera: Camera) -> Shot 
         ev100: None,
         tone: None,
         tier: Tier::Fragment,
-        scenery: sky_cli::args::SceneKind::None,
+        scenery: sky_render::Scenery::None,
         aerial: true,
     }
 }

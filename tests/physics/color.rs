@@ -1,7 +1,6 @@
 //! Color with the real sun: published check values, and how much a coarse wavelength grid costs.
 
-use sky_core::color::Yxy;
-use sky_core::color::linear_srgb_from_xyz;
+use sky_core::color::{Yxy, linear_srgb_from_xyz};
 use sky_science::cie::ColorWeights;
 use sky_science::spectrum::{Spectrum, uniform_wavelengths};
 use sky_sim::solar::SolarSpectrum;

@@ -5,15 +5,14 @@
     reason = "the measured figures are part of the test's answer"
 )]
 
-use sky_cli::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
 use sky_core::aerial::{AerialFrame, AerialPath, path_meets_ground};
 use sky_core::color::{LinearSrgb, xyz_from_linear_srgb};
 use sky_core::conditions::Conditions;
 use sky_core::direction::SkyDirection;
 use sky_core::haze::Haze;
-use sky_core::quantity::single;
-use sky_core::quantity::{Angle, EARTH_RADIUS_KM, Length};
+use sky_core::quantity::{Angle, EARTH_RADIUS_KM, Length, single};
 use sky_core::utm_sky::UtmSky;
+use sky_eval::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
 use sky_science::cie::ColorWeights;
 use sky_science::spectrum::Spectrum;
 use sky_science::utm2005::path_utm2005;

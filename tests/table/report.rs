@@ -3,19 +3,18 @@
 
 use std::sync::Arc;
 
-use sky_cli::evaluate::{
-    CaseCounts, Nodes, conditions, evaluate, evaluation_directions, held_out_cases, pool,
-};
-use sky_cli::plan::{ALTITUDES_KM, SUNS_DEG, Seen};
-use sky_cli::report::{
-    CellReport, ChannelReport, Figure, NamedModel, ReportFiles, ReportInput, ReportSettings,
-    SECTIONS, appendix_a, build, wavelengths,
-};
-use sky_cli::truth::{SmartsSkyModel, TransportSky};
 use sky_core::color::Yxy;
 use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
 use sky_core::quantity::{Angle, Length};
+use sky_eval::cases::{CaseCounts, Nodes, conditions, evaluation_directions, held_out_cases};
+use sky_eval::ledger::{ALTITUDES_KM, SUNS_DEG, Seen};
+use sky_eval::report::input::{
+    CellReport, ChannelReport, Figure, NamedModel, ReportInput, ReportSettings,
+};
+use sky_eval::report::{ReportFiles, SECTIONS, appendix_a, build, wavelengths};
+use sky_eval::score::{evaluate, pool};
+use sky_eval::truth::{SmartsSkyModel, TransportSky};
 use sky_science::sky_model::SkyModel;
 use sky_sim::optics::OpticsSettings;
 use sky_sim::profile::AtmosphereProfile;

@@ -6,17 +6,19 @@ use std::path::Path;
 
 use proptest::collection::vec;
 use proptest::prelude::*;
-use sky_cli::atlas::kind::{Arithmetic, Kind, Tally};
-use sky_cli::atlas::sweep::{Density, Findings};
-use sky_cli::atlas::{Subject, models};
-use sky_cli::fit_stress::{CELLS, DAMAGES, Effort, METHODS, maps, stress};
-use sky_cli::generate::parse_grid;
-use sky_cli::table_io::DirectionTable;
+use sky_cli::io::table::DirectionTable;
 use sky_core::color::Yxy;
 use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
 use sky_core::lut::Lut;
 use sky_core::utm_sky::EMBEDDED_LUT;
+use sky_eval::atlas::kind::{Arithmetic, Kind, Tally};
+use sky_eval::atlas::subject::Density;
+use sky_eval::atlas::subject::{Subject, models};
+use sky_eval::atlas::sweep::Findings;
+use sky_eval::fit_stress::{CELLS, DAMAGES, Effort, METHODS, maps, stress};
+use sky_eval::grid::parse_grid;
+use sky_eval::progress::Silent;
 use sky_science::sky_model::SkyModel;
 use sky_science::table_sky::TableSky;
 use sky_sim::optics::OpticalProfile;
@@ -87,7 +89,7 @@ fn default_up_to(sun_zenith_deg: f64) -> Subject {
 
 #[test]
 fn the_default_model_does_not_fail_in_its_domain_and_refuses_outside() {
-    let findings = models()[0].subject().unwrap().sweep(DENSITY, &|| {});
+    let findings = models()[0].subject(&Silent).unwrap().sweep(DENSITY, &|| {});
     no_failures(&findings, &NEVER);
     no_failures(&findings, &PATHS);
     let outside = findings
@@ -107,7 +109,7 @@ fn by_day_the_default_model_changes_by_less_than_five_percent_a_hundredth_of_a_d
 /// A model of the atlas.
 fn named(name: &str) -> Subject {
     let entry = models().into_iter().find(|m| m.name == name).unwrap();
-    entry.subject().unwrap()
+    entry.subject(&Silent).unwrap()
 }
 
 #[test]

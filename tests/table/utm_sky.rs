@@ -1,16 +1,18 @@
 //! The look-up tables between their nodes, against the transport engine; the table that ships.
 
-use std::path::Path;
 use std::sync::LazyLock;
 
-use sky_cli::evaluate::{CaseCounts, Nodes, conditions, evaluate, held_out_cases};
-use sky_cli::generate::{MAP_STEP_NM, bake};
-use sky_cli::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
 use sky_core::axis::Axis;
 use sky_core::conditions::{Conditions, Domain};
 use sky_core::direction::{SkyDirection, horizon_zenith};
 use sky_core::quantity::Length;
 use sky_core::utm_sky::{EMBEDDED_LUT, UtmSky};
+use sky_eval::bake::{MAP_STEP_NM, bake};
+use sky_eval::cases::{CaseCounts, Nodes, conditions, held_out_cases};
+use sky_eval::profiles::NamedProfile;
+use sky_eval::progress::Silent;
+use sky_eval::score::evaluate;
+use sky_eval::truth::{DEFAULT_GROUND_ALBEDO, TransportSky};
 use sky_fit::sweep::Grid;
 use sky_science::metrics::{Statistics, relative_error};
 use sky_science::sky_model::SkyModel;
@@ -61,8 +63,9 @@ fn the_table_that_ships_is_small_and_reproduced_to_the_byte() {
     let (lut, _) = bake(
         &*TRUTH,
         &grid,
-        Path::new("general"),
+        &NamedProfile::general().expect("a shipped profile"),
         TRUTH.extinction().expect("optics"),
+        &Silent,
     )
     .expect("a table");
     assert!(
@@ -143,8 +146,9 @@ fn the_report_s_rule_turns_light_negative() {
     let (lut, sweep) = bake(
         &*TRUTH,
         &grid,
-        Path::new("general"),
+        &NamedProfile::general().expect("a shipped profile"),
         TRUTH.extinction().expect("optics"),
+        &Silent,
     )
     .expect("a table");
     assert_eq!(lut.header().shape(), [5, 3, 3]);

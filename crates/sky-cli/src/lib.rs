@@ -5,48 +5,86 @@
 //! be written and on interruption.
 
 pub mod args;
-pub mod atlas;
-pub mod atmosphere;
-pub mod beam;
-pub mod bench_gpu;
-pub mod chart;
-pub mod engine;
-pub mod evaluate;
-pub mod export_shaders;
-pub mod extinction;
-pub mod files;
-pub mod fit_stress;
-pub mod gallery;
-pub mod generate;
-pub mod light;
-pub mod lut_commands;
-pub mod map;
-pub mod models;
-pub mod optics;
-mod perez_table;
-pub mod plan;
-pub mod profile;
-pub mod render;
-pub mod report;
-pub mod scene;
-pub mod segment;
-pub mod sky;
-pub mod table_io;
-pub mod terrain;
-pub mod tiers;
-pub mod truth;
-pub mod view;
+pub mod commands;
+pub mod io;
+mod tell;
 
 use std::ffi::OsString;
-use std::io::{self, Write as _};
+use std::io::{Write as _, stderr};
 use std::process::ExitCode;
 
-use clap::Parser as _;
+use clap::{Parser, Subcommand};
 
-use args::{Cli, Command};
+use commands::{
+    atlas, beam, bench_gpu, chart, export_shaders, fit_stress, gallery, generate, light, lut, map,
+    models, optics, plan, profile, render, report, segment, sky, view,
+};
+use io::files::{EXIT_FAILURE, clean_up_on_interrupt};
+use tell::tell;
 
-/// Exit status of every failure.
-pub const EXIT_FAILURE: u8 = 2;
+/// Spectral sky radiance, fitted sky formulas and look-up tables for flight simulators.
+#[derive(Debug, Parser)]
+#[command(
+    name = "utm-sky",
+    version,
+    max_term_width = 100,
+    after_help = "Examples:
+  utm-sky generate
+  utm-sky map --altitude-km 6 --turbidity 2 --sun-zenith-deg 60 --yxy --out sky.csv
+
+Exit status: 0 on success, 2 on bad input or when a file cannot be written."
+)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Print the atmosphere: the vertical profile that everything else starts from
+    Profile(profile::ProfileArgs),
+    /// Write extinction per level and wavelength
+    Optics(optics::OpticsArgs),
+    /// Write the sky's spectral radiance or Yxy by direction, computed from the atmosphere
+    Map(map::MapArgs),
+    /// Write the direct normal spectrum of the sun
+    Beam(beam::BeamArgs),
+    /// Write the sky's Yxy by direction, as the look-up table gives it
+    Sky(sky::SkyArgs),
+    /// Write transmittance and in-scattered light of finite paths
+    Segment(segment::SegmentArgs),
+    /// Draw a picture: sky, sun, ground or terrain
+    Render(render::RenderArgs),
+    /// Fly through the sky in a window
+    View(view::ViewArgs),
+    /// Draw the figures of the report of 2005 on one contact sheet
+    Gallery(gallery::GalleryArgs),
+    /// Compare every sky: error against cost, on one chart
+    Chart(chart::ChartArgs),
+    /// List the skies that can be compared, with citation and domain
+    #[command(after_help = "Example:\n  utm-sky models")]
+    Models,
+    /// Print what a scene is lit with: sun, sky, spherical harmonics
+    Light(light::LightArgs),
+    /// Time the ways to draw a sky
+    BenchGpu(bench_gpu::BenchGpuArgs),
+    /// Write the shaders in another language, with the table
+    ExportShaders(export_shaders::ExportShadersArgs),
+    /// Compute maps on a grid, fit them, and write the look-up table and the report
+    Generate(generate::GenerateArgs),
+    /// Find the cheapest table that a scene needs
+    Plan(plan::PlanArgs),
+    /// Write the report on a look-up table as one HTML page
+    Report(report::ReportArgs),
+    /// Find where the models fail: a sweep over their domains and beyond
+    Atlas(atlas::AtlasArgs),
+    /// Fit damaged maps from random starts, with and without the fit's safeguards
+    FitStress(fit_stress::FitStressArgs),
+    /// Inspect or export a look-up table
+    Lut(lut::LutArgs),
+}
 
 /// Runs a command line; the first argument is the program's name.
 pub fn run<I, T>(args: I) -> ExitCode
@@ -56,27 +94,19 @@ where
 {
     let cli = match Cli::try_parse_from(args) {
         Ok(cli) => cli,
-        Err(message) => {
-            // Help and version are messages too; a terminal that is gone is no reason to fail.
-            drop(message.print());
-            return if message.use_stderr() {
-                ExitCode::from(EXIT_FAILURE)
-            } else {
-                ExitCode::SUCCESS
-            };
-        }
+        Err(message) => return tell(&message),
     };
-    files::clean_up_on_interrupt();
+    clean_up_on_interrupt();
     match dispatch(&cli.command) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(status) => status,
         Err(error) => {
-            drop(writeln!(io::stderr(), "error: {error}"));
+            drop(writeln!(stderr(), "error: {error}"));
             ExitCode::from(EXIT_FAILURE)
         }
     }
 }
 
-fn dispatch(command: &Command) -> anyhow::Result<()> {
+fn dispatch(command: &Command) -> anyhow::Result<ExitCode> {
     match command {
         Command::Profile(args) => profile::run(args),
         Command::Optics(args) => optics::run(args),
@@ -85,7 +115,7 @@ fn dispatch(command: &Command) -> anyhow::Result<()> {
         Command::Sky(args) => sky::run(args),
         Command::Segment(args) => segment::run(args),
         Command::Render(args) => render::run(args),
-        Command::View(args) => view::run(args),
+        Command::View(_) => return view::run(),
         Command::Gallery(args) => gallery::run(args),
         Command::Chart(args) => chart::run(args),
         Command::Models => models::run(),
@@ -97,6 +127,99 @@ fn dispatch(command: &Command) -> anyhow::Result<()> {
         Command::Report(args) => report::run(args),
         Command::Atlas(args) => atlas::run(args),
         Command::FitStress(args) => fit_stress::run(args),
-        Command::Lut(args) => lut_commands::run(args),
+        Command::Lut(args) => lut::run(args),
+    }?;
+    Ok(ExitCode::SUCCESS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definitions_are_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    /// Every command, with its path.
+    fn all_commands(command: &clap::Command, path: &str) -> Vec<(String, clap::Command)> {
+        let mut found = Vec::new();
+        for sub in command.get_subcommands() {
+            let path = format!("{path} {}", sub.get_name());
+            found.extend(all_commands(sub, &path));
+            found.push((path, sub.clone()));
+        }
+        found
+    }
+
+    #[test]
+    fn every_command_has_an_example_that_parses() {
+        for (path, mut command) in all_commands(&Cli::command(), "utm-sky") {
+            let help = command.render_long_help().to_string();
+            let (_, examples) = help
+                .split_once("Example")
+                .unwrap_or_else(|| panic!("{path} has no example"));
+            let joined = examples.replace("\\\n", " ");
+            let lines: Vec<&str> = joined
+                .lines()
+                .map(str::trim)
+                .filter(|l| l.starts_with("utm-sky "))
+                .collect();
+            assert!(!lines.is_empty(), "{path} has no example");
+            for line in lines {
+                assert!(line.starts_with(&path), "{line} is no example of {path}");
+                if let Err(error) = Cli::try_parse_from(line.split_whitespace()) {
+                    panic!("{line}: {error}");
+                }
+            }
+        }
+    }
+
+    fn refused(line: &str) -> String {
+        Cli::try_parse_from(line.split_whitespace())
+            .expect_err(line)
+            .to_string()
+    }
+
+    #[test]
+    fn values_outside_their_range_name_the_option_and_the_range() {
+        let rest = "--aod500 0.1 --out o.csv";
+        for (options, option, expected) in [
+            (
+                "--altitude-km 31 --sun-zenith-deg 60",
+                "--altitude-km",
+                "0 to 30",
+            ),
+            (
+                "--altitude-km -1 --sun-zenith-deg 60",
+                "--altitude-km",
+                "0 to 30",
+            ),
+            (
+                "--altitude-km nan --sun-zenith-deg 60",
+                "--altitude-km",
+                "0 to 30",
+            ),
+            (
+                "--altitude-km 1 --sun-zenith-deg 96.1",
+                "--sun-zenith-deg",
+                "0 to 96",
+            ),
+            (
+                "--altitude-km 1 --sun-zenith-deg x",
+                "--sun-zenith-deg",
+                "0 to 96",
+            ),
+            (
+                "--altitude-km 1 --sun-zenith-deg 60 --albedo 2",
+                "--albedo",
+                "0 to 1",
+            ),
+        ] {
+            let message = refused(&format!("utm-sky map {options} {rest}"));
+            assert!(message.contains(option), "{message}");
+            assert!(message.contains(expected), "{message}");
+        }
     }
 }

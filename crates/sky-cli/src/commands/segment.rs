@@ -1,0 +1,116 @@
+//! `utm-sky segment`: transmittance and in-scattered light of finite paths.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use anyhow::{Result, bail};
+use clap::{ArgGroup, Args, ValueEnum};
+use sky_core::aerial::{AerialFrame, AerialPath, path_meets_ground};
+use sky_core::color::{LinearSrgb, xyz_from_linear_srgb, yxy_from_xyz};
+use sky_core::direction::SkyDirection;
+use sky_core::quantity::single;
+use sky_science::utm2005::path_utm2005;
+use sky_sim::table::{ColumnSpec, Table};
+
+use crate::args::{HAZE, SceneArgs};
+use crate::io::files::{OutputFile, read_text};
+use crate::io::scene::Scene;
+
+/// Help of `--segments`.
+const SEGMENTS_HELP: &str =
+    "Paths: CSV with view_zenith_deg,relative_azimuth_deg (0 faces the sun),distance_km";
+
+/// Which aerial perspective.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Aerial {
+    /// From the table and the extinction of its air
+    #[default]
+    Default,
+    /// As in the report of 2005, with its misprints mended
+    Utm2005,
+}
+
+/// `utm-sky segment`.
+#[derive(Debug, Args)]
+#[command(
+    group(ArgGroup::new("haze").required(true).args(HAZE)),
+    after_help = "Example:
+  utm-sky segment --altitude-km 3 --turbidity 2 --sun-zenith-deg 60 \\
+      --segments segments.csv --out paths.csv
+
+A path is a straight ray over a sphere of 6371 km. Transmittances are those of sunlight in linear
+sRGB and luminance; in-scattered light is what the air of the path adds."
+)]
+pub struct SegmentArgs {
+    /// Table, observer, sun and haze.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Paths: CSV with zenith angle, azimuth and length of each
+    #[arg(long, value_name = "CSV", help = SEGMENTS_HELP)]
+    pub segments: PathBuf,
+    /// Which aerial perspective
+    #[arg(long, value_enum, default_value_t)]
+    pub aerial: Aerial,
+    /// The same columns, transmittances and in-scattered light
+    #[arg(long, value_name = "CSV")]
+    pub out: PathBuf,
+}
+
+const COLUMNS: [ColumnSpec; 3] = [
+    ColumnSpec::required("view_zenith_deg", [0.0, 180.0]),
+    ColumnSpec::required("relative_azimuth_deg", [-360.0, 360.0]),
+    ColumnSpec::required("distance_km", [0.0, 1000.0]),
+];
+
+/// Runs the command.
+///
+/// # Errors
+/// When an input is wrong, the table cannot answer, a path ends in the ground, or the output cannot
+/// be written.
+pub fn run(args: &SegmentArgs) -> Result<()> {
+    let name = args.segments.display().to_string();
+    let table = Table::read(&name, &read_text(&args.segments)?, &COLUMNS, 1)?;
+    let scene = Scene::open(&args.scene)?;
+    let conditions = &scene.conditions;
+    let frame = scene.frame()?;
+    let air = AerialFrame::new(&scene.sky, conditions.turbidity, conditions.sun_zenith)
+        .map_err(|e| scene.refusal(e))?;
+    let out = OutputFile::create(&args.out)?;
+    let mut text = String::from(
+        "view_zenith_deg,relative_azimuth_deg,distance_km,transmittance_r,transmittance_g,\
+         transmittance_b,transmittance_y,inscatter_luminance_cd_m2,inscatter_x,inscatter_y\n",
+    );
+    let (zeniths, azimuths, distances) = (table.column(0), table.column(1), table.column(2));
+    for (i, ((zenith, azimuth), distance)) in
+        zeniths.iter().zip(azimuths).zip(distances).enumerate()
+    {
+        let direction = SkyDirection::from_degrees(*zenith, *azimuth).unit_vector();
+        let altitude_km = single(conditions.observer_altitude.km());
+        let distance_km = single(*distance);
+        if path_meets_ground(altitude_km, direction, distance_km) {
+            bail!(
+                "{name}: path {}: distance_km: expected a point above the ground, found {distance}",
+                i + 1
+            );
+        }
+        let path = match args.aerial {
+            Aerial::Default => air.path(altitude_km, direction, distance_km),
+            Aerial::Utm2005 => path_utm2005(&air, &frame, altitude_km, direction, distance_km),
+        };
+        write_row(&mut text, [*zenith, *azimuth, *distance], &path)?;
+    }
+    out.commit(text.as_bytes())?;
+    Ok(())
+}
+
+fn write_row(text: &mut String, place: [f64; 3], path: &AerialPath) -> Result<()> {
+    let [red, green, blue] = path.inscatter.map(f64::from);
+    let light = yxy_from_xyz(xyz_from_linear_srgb(LinearSrgb { red, green, blue }));
+    let [r, g, b, y] = path.transmittance;
+    writeln!(
+        text,
+        "{},{},{},{r},{g},{b},{y},{},{},{}",
+        place[0], place[1], place[2], light.luminance_cd_m2, light.x, light.y
+    )?;
+    Ok(())
+}

@@ -1,0 +1,360 @@
+//! CSV tables of the command line: directions in, maps and spectra out.
+//!
+//! Angles are kept in degrees as the file had them, so that what comes out equals what went in.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use sky_core::color::Yxy;
+use sky_core::direction::SkyDirection;
+use sky_science::direction::report_directions;
+use thiserror::Error;
+
+use super::files::{FileError, read_text};
+
+/// Columns of a directions file.
+pub const DIRECTION_COLUMNS: [&str; 2] = ["view_zenith_deg", "relative_azimuth_deg"];
+
+/// A directions file that cannot be used: file, line, column, what was expected and found.
+#[derive(Debug, Error)]
+pub enum DirectionsError {
+    /// The file itself.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// A column is absent.
+    #[error("{}:{line}: column {column}: expected in the header, found only {found}", path.display())]
+    MissingColumn {
+        /// Which file.
+        path: PathBuf,
+        /// Line of the header.
+        line: u64,
+        /// The absent column.
+        column: &'static str,
+        /// The header.
+        found: String,
+    },
+    /// A column stands twice in the header.
+    #[error("{}:{line}: column {column}: expected once in the header, found twice", path.display())]
+    RepeatedColumn {
+        /// Which file.
+        path: PathBuf,
+        /// Line of the header.
+        line: u64,
+        /// The repeated column.
+        column: &'static str,
+    },
+    /// A row without a cell that the header announces.
+    #[error("{}:{line}: expected {expected} cells, found {found}", path.display())]
+    RaggedRow {
+        /// Which file.
+        path: PathBuf,
+        /// Line of the row.
+        line: u64,
+        /// Cells in the header.
+        expected: usize,
+        /// Cells in the row.
+        found: usize,
+    },
+    /// Text, NaN or a number outside the bounds.
+    #[error("{}:{line}: column {column}: expected {expected}, found {found:?}", path.display())]
+    BadNumber {
+        /// Which file.
+        path: PathBuf,
+        /// Line of the row.
+        line: u64,
+        /// Column of the cell.
+        column: &'static str,
+        /// What would do.
+        expected: &'static str,
+        /// The cell.
+        found: String,
+    },
+    /// A header and no rows.
+    #[error("{}:{line}: expected at least one direction below the header, found none", path.display())]
+    NoRows {
+        /// Which file.
+        path: PathBuf,
+        /// Line of the header.
+        line: u64,
+    },
+    /// The text is no CSV.
+    #[error("{}: {source}", path.display())]
+    Csv {
+        /// Which file.
+        path: PathBuf,
+        /// What the reader says.
+        source: csv::Error,
+    },
+}
+
+/// Directions of view as a file lists them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DirectionTable {
+    /// View zenith and relative azimuth \[deg\], as written.
+    pub degrees: Vec<[f64; 2]>,
+    /// The same as directions.
+    pub directions: Vec<SkyDirection>,
+}
+
+impl DirectionTable {
+    /// The report's 271 directions.
+    #[must_use]
+    pub fn report() -> Self {
+        let directions = report_directions();
+        // Whole degrees that went through radians.
+        let degrees = directions
+            .iter()
+            .map(|d| {
+                [
+                    d.view_zenith.degrees().round(),
+                    d.relative_azimuth.degrees().round(),
+                ]
+            })
+            .collect();
+        Self {
+            degrees,
+            directions,
+        }
+    }
+
+    /// From a file, or the report's 271 when there is none.
+    ///
+    /// # Errors
+    /// See [`DirectionsError`].
+    pub fn read_or_report(path: Option<&Path>) -> Result<Self, DirectionsError> {
+        match path {
+            None => Ok(Self::report()),
+            Some(path) => Self::parse(path, &read_text(path)?),
+        }
+    }
+
+    /// From CSV text: the two columns in any order, others ignored, lines starting with `#` too.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with its line and column.
+    pub fn parse(path: &Path, text: &str) -> Result<Self, DirectionsError> {
+        let csv_error = |source| DirectionsError::Csv {
+            path: path.to_owned(),
+            source,
+        };
+        let text = text.trim_start_matches('\u{feff}');
+        let mut reader = csv::ReaderBuilder::new()
+            .has_headers(false)
+            .flexible(true)
+            .comment(Some(b'#'))
+            .trim(csv::Trim::All)
+            .from_reader(text.as_bytes());
+        let mut records = reader.records();
+        let header = match records.next() {
+            Some(header) => header.map_err(csv_error)?,
+            None => return Err(FileError::Empty(path.to_owned()).into()),
+        };
+        let header_line = header.position().map_or(1, csv::Position::line);
+        let mut cells = [0; 2];
+        for (cell, column) in cells.iter_mut().zip(DIRECTION_COLUMNS) {
+            let mut places = (0..header.len()).filter(|&i| &header[i] == column);
+            *cell = places
+                .next()
+                .ok_or_else(|| DirectionsError::MissingColumn {
+                    path: path.to_owned(),
+                    line: header_line,
+                    column,
+                    found: header.iter().collect::<Vec<_>>().join(", "),
+                })?;
+            if places.next().is_some() {
+                return Err(DirectionsError::RepeatedColumn {
+                    path: path.to_owned(),
+                    line: header_line,
+                    column,
+                });
+            }
+        }
+        let mut degrees = Vec::new();
+        for record in records {
+            let record = record.map_err(csv_error)?;
+            let line = record.position().map_or(header_line, csv::Position::line);
+            if record.len() != header.len() {
+                return Err(DirectionsError::RaggedRow {
+                    path: path.to_owned(),
+                    line,
+                    expected: header.len(),
+                    found: record.len(),
+                });
+            }
+            let number = |index: usize, expected: &'static str, low: f64, high: f64| {
+                let text = &record[cells[index]];
+                match text.parse::<f64>() {
+                    Ok(value) if (low..=high).contains(&value) => Ok(value),
+                    _ => Err(DirectionsError::BadNumber {
+                        path: path.to_owned(),
+                        line,
+                        column: DIRECTION_COLUMNS[index],
+                        expected,
+                        found: text.to_owned(),
+                    }),
+                }
+            };
+            degrees.push([
+                number(0, "a number from 0 to 180", 0.0, 180.0)?,
+                number(1, "a number from -360 to 360", -360.0, 360.0)?,
+            ]);
+        }
+        if degrees.is_empty() {
+            return Err(DirectionsError::NoRows {
+                path: path.to_owned(),
+                line: header_line,
+            });
+        }
+        let directions = degrees
+            .iter()
+            .map(|&[zenith, azimuth]| SkyDirection::from_degrees(zenith, azimuth))
+            .collect();
+        Ok(Self {
+            degrees,
+            directions,
+        })
+    }
+}
+
+/// Formats a physical value: nine significant digits, always with an exponent.
+fn value(text: &mut String, value: f64) {
+    // Writing to a string cannot fail.
+    let _ = write!(text, "{value:.8e}");
+}
+
+/// A spectral map: one row per direction and wavelength.
+/// `spectral_radiance` is direction-major \[W·m⁻²·sr⁻¹·nm⁻¹\].
+#[must_use]
+pub fn spectral_map_csv(
+    directions: &DirectionTable,
+    wavelength_nm: &[f64],
+    spectral_radiance: &[f64],
+) -> String {
+    let mut text =
+        String::from("view_zenith_deg,relative_azimuth_deg,wavelength_nm,radiance_w_m2_sr_nm\n");
+    let rows = spectral_radiance.chunks_exact(wavelength_nm.len().max(1));
+    for ([zenith, azimuth], spectrum) in directions.degrees.iter().zip(rows) {
+        for (nm, &radiance) in wavelength_nm.iter().zip(spectrum) {
+            let _ = write!(text, "{zenith},{azimuth},{nm},");
+            value(&mut text, radiance);
+            text.push('\n');
+        }
+    }
+    text
+}
+
+/// A map of luminance and chromaticity: one row per direction.
+#[must_use]
+pub fn yxy_map_csv(directions: &DirectionTable, map: &[Yxy]) -> String {
+    let mut text = String::from("view_zenith_deg,relative_azimuth_deg,luminance_cd_m2,x,y\n");
+    for ([zenith, azimuth], yxy) in directions.degrees.iter().zip(map) {
+        let _ = write!(text, "{zenith},{azimuth},");
+        value(&mut text, yxy.luminance_cd_m2);
+        let _ = writeln!(text, ",{:.8},{:.8}", yxy.x, yxy.y);
+    }
+    text
+}
+
+/// A spectrum: `wavelength_nm,irradiance_w_m2_nm`.
+#[must_use]
+pub fn irradiance_csv(wavelength_nm: &[f64], irradiance: &[f64]) -> String {
+    let mut text = String::from("wavelength_nm,irradiance_w_m2_nm\n");
+    for (nm, &irradiance) in wavelength_nm.iter().zip(irradiance) {
+        let _ = write!(text, "{nm},");
+        value(&mut text, irradiance);
+        text.push('\n');
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<DirectionTable, DirectionsError> {
+        DirectionTable::parse(Path::new("dirs.csv"), text)
+    }
+
+    #[test]
+    fn columns_come_in_any_order_and_others_are_ignored() {
+        let text =
+            "\u{feff}# comment\nname,relative_azimuth_deg,view_zenith_deg\na,12,10.5\nb,-30,180\n";
+        let table = parse(text).unwrap();
+        assert_eq!(
+            format!("{:?}", table.degrees),
+            "[[10.5, 12.0], [180.0, -30.0]]"
+        );
+        assert!((table.directions[0].view_zenith.degrees() - 10.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn bad_directions_are_told_with_line_and_column() {
+        for (text, message) in [
+            (
+                "view_zenith_deg,azimuth_deg\n1,2\n",
+                "dirs.csv:1: column relative_azimuth_deg: expected in the header, found only \
+                 view_zenith_deg, azimuth_deg",
+            ),
+            (
+                "view_zenith_deg,relative_azimuth_deg\n1,2\n1,x\n",
+                "dirs.csv:3: column relative_azimuth_deg: expected a number from -360 to 360, \
+                 found \"x\"",
+            ),
+            (
+                "view_zenith_deg,relative_azimuth_deg\n181,2\n",
+                "dirs.csv:2: column view_zenith_deg: expected a number from 0 to 180, found \"181\"",
+            ),
+            (
+                "view_zenith_deg,relative_azimuth_deg\nNaN,2\n",
+                "dirs.csv:2: column view_zenith_deg: expected a number from 0 to 180, found \"NaN\"",
+            ),
+            (
+                "view_zenith_deg,relative_azimuth_deg\n1\n",
+                "dirs.csv:2: expected 2 cells, found 1",
+            ),
+            (
+                "view_zenith_deg,relative_azimuth_deg\n",
+                "dirs.csv:1: expected at least one direction below the header, found none",
+            ),
+            (
+                "view_zenith_deg,relative_azimuth_deg,view_zenith_deg\n1,2,3\n",
+                "dirs.csv:1: column view_zenith_deg: expected once in the header, found twice",
+            ),
+        ] {
+            assert_eq!(parse(text).unwrap_err().to_string(), message);
+        }
+    }
+
+    #[test]
+    fn the_default_is_the_report_s_271_in_whole_degrees() {
+        let table = DirectionTable::report();
+        assert_eq!(table.degrees.len(), 271);
+        assert_eq!(format!("{:?}", table.degrees[1]), "[10.0, 0.0]");
+        assert_eq!(format!("{:?}", table.degrees[270]), "[90.0, 348.0]");
+    }
+
+    #[test]
+    fn rows_are_written_direction_by_direction() {
+        let table = parse("view_zenith_deg,relative_azimuth_deg\n0,0\n10,12\n").unwrap();
+        let csv = spectral_map_csv(&table, &[400.0, 500.5], &[1.0, 2.0, 3.0, 0.04]);
+        assert_eq!(
+            csv,
+            "view_zenith_deg,relative_azimuth_deg,wavelength_nm,radiance_w_m2_sr_nm\n\
+             0,0,400,1.00000000e0\n0,0,500.5,2.00000000e0\n\
+             10,12,400,3.00000000e0\n10,12,500.5,4.00000000e-2\n"
+        );
+        let yxy = Yxy {
+            luminance_cd_m2: 5000.0,
+            x: 0.25,
+            y: 0.26,
+        };
+        assert_eq!(
+            yxy_map_csv(&table, &[yxy, yxy]).lines().nth(2),
+            Some("10,12,5.00000000e3,0.25000000,0.26000000")
+        );
+        assert_eq!(
+            irradiance_csv(&[500.0], &[1.9]),
+            "wavelength_nm,irradiance_w_m2_nm\n500,1.90000000e0\n"
+        );
+    }
+}

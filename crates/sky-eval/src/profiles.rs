@@ -1,0 +1,94 @@
+//! The atmospheres by name, and one with what tells where it comes from.
+
+use anyhow::Result;
+use sha2::{Digest as _, Sha256};
+use sky_sim::profile::AtmosphereProfile;
+use sky_sim::solar::{SolarError, SolarSpectrum};
+
+/// The profiles that can be named instead of a file: name, file and content.
+const SHIPPED_PROFILES: [[&str; 3]; 4] = [
+    [
+        "general",
+        "profiles/general.csv",
+        include_str!("../../../profiles/general.csv"),
+    ],
+    [
+        "utm2005",
+        "profiles/utm2005.csv",
+        include_str!("../../../profiles/utm2005.csv"),
+    ],
+    [
+        "tropical",
+        "profiles/tropical.csv",
+        include_str!("../../../profiles/tropical.csv"),
+    ],
+    [
+        "subarctic_winter",
+        "profiles/subarctic_winter.csv",
+        include_str!("../../../profiles/subarctic_winter.csv"),
+    ],
+];
+
+/// A profile, the name by which it was asked for, and its bytes' hash.
+#[derive(Clone, Debug)]
+pub struct NamedProfile {
+    /// The name or path, as the user wrote it.
+    pub name: String,
+    /// SHA-256 of its text, in hexadecimal digits.
+    pub sha256: String,
+    /// The atmosphere.
+    pub profile: AtmosphereProfile,
+}
+
+impl NamedProfile {
+    /// The shipped profile of a name; `None` where there is none.
+    ///
+    /// # Errors
+    /// Never: the shipped profiles are checked.
+    pub fn shipped(name: &str) -> Result<Option<Self>> {
+        let found = SHIPPED_PROFILES.iter().find(|[known, ..]| *known == name);
+        let Some([name, file, text]) = found else {
+            return Ok(None);
+        };
+        Ok(Some(Self {
+            name: (*name).to_owned(),
+            sha256: format!("{:x}", Sha256::digest(text)),
+            profile: AtmosphereProfile::from_csv_str(file, text)?,
+        }))
+    }
+
+    /// A profile from the text of a file of that name.
+    ///
+    /// # Errors
+    /// When its table is wrong.
+    pub fn from_csv(name: &str, text: &str) -> Result<Self> {
+        Ok(Self {
+            name: name.to_owned(),
+            sha256: format!("{:x}", Sha256::digest(text)),
+            profile: AtmosphereProfile::from_csv_str(name, text)?,
+        })
+    }
+
+    /// The general atmosphere, from which the default table is made.
+    ///
+    /// # Errors
+    /// Never: it is shipped.
+    pub fn general() -> Result<Self> {
+        let [name, file, text] = SHIPPED_PROFILES[0];
+        Ok(Self {
+            name: name.to_owned(),
+            sha256: format!("{:x}", Sha256::digest(text)),
+            profile: AtmosphereProfile::from_csv_str(file, text)?,
+        })
+    }
+}
+
+/// The sun at the wavelengths of a grid: the mean over one step, and on the 1 nm grid, where the
+/// spectrum itself is tabulated, its own values.
+///
+/// # Errors
+/// When the spectrum does not cover the wavelengths.
+pub fn solar_on_grid(wavelength_nm: &[f64], step_nm: u16) -> Result<SolarSpectrum, SolarError> {
+    let width_nm = if step_nm > 1 { step_nm.into() } else { 0.0 };
+    SolarSpectrum::g173().on_grid(wavelength_nm, width_nm)
+}

@@ -1,0 +1,72 @@
+//! A picture's pixels, and the bytes of its file.
+
+use std::io::Cursor;
+
+use anyhow::Result;
+use image::{ExtendedColorType, ImageEncoder as _};
+use sky_core::tonemap::{Tone, dither, encoded, tone_mapped};
+
+/// A picture: 8-bit sRGB, or linear light.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Pixels {
+    /// Red, green, blue.
+    Srgb8(Vec<u8>),
+    /// Linear sRGB \[cd·m⁻²\].
+    Linear(Vec<f32>),
+}
+
+/// Light as a picture for a tone curve; `None` leaves it linear. `width` is that of the picture.
+#[must_use]
+pub fn developed(lights: Vec<[f32; 3]>, width: u32, tone: Option<Tone>, exposure: f32) -> Pixels {
+    match tone {
+        None => Pixels::Linear(lights.into_iter().flatten().collect()),
+        Some(tone) => Pixels::Srgb8(
+            lights
+                .into_iter()
+                .enumerate()
+                .flat_map(|(i, light)| {
+                    let i = u32::try_from(i).unwrap_or(0);
+                    let noise = dither(i % width, i / width) / 255.0;
+                    tone_mapped(light.map(|c| c * exposure), tone).map(|c| byte(encoded(c) + noise))
+                })
+                .collect(),
+        ),
+    }
+}
+
+/// A share of 1 as a byte.
+#[must_use]
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "clamped to 0..255"
+)]
+pub fn byte(value: f32) -> u8 {
+    (value * 255.0).round().clamp(0.0, 255.0) as u8
+}
+
+/// The bytes of a PNG or EXR file.
+///
+/// # Errors
+/// When the picture cannot be encoded.
+pub fn file_bytes(pixels: &Pixels, [width, height]: [u32; 2]) -> Result<Vec<u8>> {
+    let mut out = Cursor::new(Vec::new());
+    match pixels {
+        Pixels::Srgb8(bytes) => image::codecs::png::PngEncoder::new(&mut out).write_image(
+            bytes,
+            width,
+            height,
+            ExtendedColorType::Rgb8,
+        )?,
+        Pixels::Linear(values) => {
+            let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_ne_bytes()).collect();
+            image::codecs::openexr::OpenExrEncoder::new(&mut out).write_image(
+                &bytes,
+                width,
+                height,
+                ExtendedColorType::Rgb32F,
+            )?;
+        }
+    }
+    Ok(out.into_inner())
+}
