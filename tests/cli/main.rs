@@ -13,3 +13,6 @@ mod walls;
 
 #[path = "../support/lut.rs"]
 mod lut_support;
+
+#[path = "../support/source.rs"]
+mod source;
