@@ -16,8 +16,8 @@ use crate::color::linear_srgb;
 use crate::conditions::{Conditions, OutsideDomain};
 use crate::extended::{self, Coefficients, Radii, angle, angle_from_sun};
 use crate::extinction::{LEVEL_STEP_KM, LEVELS};
-use crate::light::VisibleSun;
 use crate::quantity::{Angle, EARTH_RADIUS_KM, Length, single};
+use crate::sun::VisibleSun;
 use crate::utm_sky::{MAX_LAYERS, UtmSky, haze_coordinate};
 
 /// Sections of a path, shorter near its lower end, where the haze is.

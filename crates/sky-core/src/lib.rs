@@ -18,5 +18,6 @@ pub mod lut;
 pub mod picture;
 pub mod quantity;
 pub mod solar_position;
+pub mod sun;
 pub mod tonemap;
 pub mod utm_sky;
