@@ -1,8 +1,15 @@
 //! What was wrong once, by the number that it had on the list, and is right.
 
+use sky_core::axis::Axis;
+use sky_core::conditions::Conditions;
+use sky_core::direction::SkyDirection;
 use sky_core::haze::Haze;
+use sky_core::lut::Form;
 use sky_core::quantity::{Angle, Length};
+use sky_eval::truth::TransportSky;
+use sky_fit::sweep::{Grid, SweepError, sweep};
 use sky_science::cie::ColorWeights;
+use sky_science::sky_model::{SkyError, SkyModel};
 use sky_science::spectrum::{Spectrum, SpectrumError, uniform_wavelengths};
 use sky_sim::optics::{OpticalProfile, OpticsSettings};
 use sky_sim::profile::{AtmosphereProfile, ProfileError};
@@ -157,6 +164,50 @@ fn b9_too_few_columns_are_refused() -> Outcome {
             })
         );
     }
+    Ok(())
+}
+
+#[test]
+fn b3_an_engine_that_gives_up_says_so_and_so_does_the_fit() -> Outcome {
+    let truth = TransportSky::new(
+        AtmosphereProfile::general(),
+        OpticsSettings::with_step_nm(20)?,
+        0.2,
+    )?
+    .with_transport_settings(TransportSettings {
+        most_orders: 2,
+        ..TransportSettings::default()
+    });
+    let conditions = Conditions {
+        observer_altitude: Length::ZERO,
+        turbidity: 8.0,
+        sun_zenith: Angle::from_degrees(60.0),
+    };
+    let Err(error) = truth.yxy_map(&conditions, &[SkyDirection::from_degrees(0.0, 0.0)]) else {
+        return Err("two orders were enough for haze".into());
+    };
+    assert!(
+        matches!(
+            error,
+            SkyError::GaveUp {
+                sky: "transport",
+                ..
+            }
+        ),
+        "{error}"
+    );
+    assert!(error.to_string().contains("multiple scattering"), "{error}");
+    let grid = Grid {
+        altitude_km: Axis::new("km", vec![0.0])?,
+        turbidity: Axis::new("1", vec![8.0])?,
+        sun_zenith_deg: Axis::new("deg", vec![60.0])?,
+        form: Form::Extended,
+    };
+    let swept = sweep(&truth, &grid, &|| ());
+    assert!(matches!(
+        swept,
+        Err(SweepError::Sky(SkyError::GaveUp { .. }))
+    ));
     Ok(())
 }
 

@@ -18,10 +18,10 @@ use core::f64::consts::PI;
 use std::sync::Arc;
 
 use sky_core::color::Yxy;
-use sky_core::conditions::{Conditions, Domain, OutsideDomain};
+use sky_core::conditions::{Conditions, Domain};
 use sky_core::direction::SkyDirection;
 use sky_core::quantity::EARTH_RADIUS_KM;
-use sky_science::sky_model::SkyModel;
+use sky_science::sky_model::{SkyError, SkyModel};
 
 use crate::atmosphere::{Atmosphere, Optics, TOP_KM};
 use crate::cache::Cache;
@@ -554,7 +554,7 @@ impl SkyModel for Bruneton {
         &self,
         conditions: &Conditions,
         directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain> {
+    ) -> Result<Vec<Yxy>, SkyError> {
         DOMAIN.check(conditions)?;
         let tables = self.tables(conditions.turbidity);
         let altitude_km = conditions.observer_altitude.km();

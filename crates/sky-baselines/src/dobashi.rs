@@ -19,7 +19,7 @@ use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
 use sky_core::quantity::EARTH_RADIUS_KM;
 use sky_science::shader_sky::{ShaderFrame, ShaderSky};
-use sky_science::sky_model::SkyModel;
+use sky_science::sky_model::{SkyError, SkyModel};
 
 use crate::atmosphere::{Atmosphere, TOP_KM};
 use crate::cache::Cache;
@@ -234,7 +234,7 @@ impl SkyModel for Dobashi {
         &self,
         conditions: &Conditions,
         directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain> {
+    ) -> Result<Vec<Yxy>, SkyError> {
         let frame = self.air.frame(conditions)?;
         let tables = self.tables(conditions.turbidity);
         Ok(view::each(directions, |v| tables.light(&frame, v)))

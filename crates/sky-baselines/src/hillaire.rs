@@ -18,7 +18,7 @@ use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::{SkyDirection, horizon_dip};
 use sky_core::quantity::EARTH_RADIUS_KM;
 use sky_science::shader_sky::{ShaderFrame, ShaderSky};
-use sky_science::sky_model::SkyModel;
+use sky_science::sky_model::{SkyError, SkyModel};
 
 use crate::atmosphere::{Atmosphere, Optics, TOP_KM};
 use crate::cache::Cache;
@@ -393,7 +393,7 @@ impl SkyModel for Hillaire {
         &self,
         conditions: &Conditions,
         directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain> {
+    ) -> Result<Vec<Yxy>, SkyError> {
         let frame = self.frame(conditions)?;
         Ok(view::each(directions, |v| frame.xyz(v)))
     }

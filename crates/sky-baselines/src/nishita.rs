@@ -17,7 +17,7 @@ use sky_core::color::Yxy;
 use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
 use sky_science::shader_sky::{ShaderFrame, ShaderSky};
-use sky_science::sky_model::SkyModel;
+use sky_science::sky_model::{SkyError, SkyModel};
 
 use crate::atmosphere::Atmosphere;
 use crate::ray::{self, EARTH_RADIUS, point, to_top_km};
@@ -248,7 +248,7 @@ impl SkyModel for Nishita {
         &self,
         conditions: &Conditions,
         directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain> {
+    ) -> Result<Vec<Yxy>, SkyError> {
         let frame = self.air.frame(conditions)?;
         Ok(view::each(directions, |v| {
             frame.march(v, |altitude, cos_sun| frame.columns(altitude, cos_sun))

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use sky_core::air_mass::relative_air_mass;
 use sky_core::axis::{Axis, AxisError};
 use sky_core::color::Yxy;
-use sky_core::conditions::{Conditions, OutsideDomain};
+use sky_core::conditions::Conditions;
 use sky_core::direction::{SkyDirection, horizon_zenith};
 use sky_core::extended;
 use sky_core::lut::Form;
@@ -18,7 +18,7 @@ use sky_science::direction::report_directions;
 use sky_science::metrics::{SUN_EXCLUSION_DEG, is_clear_of_sun};
 use sky_science::perez::plane_parallel_air_mass;
 use sky_science::perez_sky::PEREZ_SCALE_HEIGHT_KM;
-use sky_science::sky_model::SkyModel;
+use sky_science::sky_model::{SkyError, SkyModel};
 
 use crate::banded::{BandedSystem, NotPositive};
 use crate::problem::{
@@ -197,9 +197,9 @@ impl SkyMap {
 /// Why a grid was not fitted.
 #[derive(Debug, thiserror::Error)]
 pub enum SweepError {
-    /// The sky does not cover the grid.
+    /// The sky has no answer on the grid.
     #[error("grid: {0}")]
-    Outside(#[from] OutsideDomain),
+    Sky(#[from] SkyError),
     /// A channel that could not be fitted.
     #[error(
         "altitude {altitude_km} km, turbidity {turbidity}, sun zenith {sun_zenith_deg} deg: {source}"
