@@ -271,6 +271,29 @@ impl Table {
         specs: &[ColumnSpec],
         min_rows: usize,
     ) -> Result<Self, TableError> {
+        Self::read_with(file, text, specs, min_rows, false)
+    }
+
+    /// The same from a table that may have other columns, which are passed over.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with its line and column.
+    pub fn read_some(
+        file: &str,
+        text: &str,
+        specs: &[ColumnSpec],
+        min_rows: usize,
+    ) -> Result<Self, TableError> {
+        Self::read_with(file, text, specs, min_rows, true)
+    }
+
+    fn read_with(
+        file: &str,
+        text: &str,
+        specs: &[ColumnSpec],
+        min_rows: usize,
+        passes_over_others: bool,
+    ) -> Result<Self, TableError> {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let empty = || TableError::Empty {
             file: file.to_owned(),
@@ -288,7 +311,7 @@ impl Table {
         let header = records.next().ok_or_else(empty)?;
         let header_line = header.position().map_or(1, csv::Position::line);
         let found: Vec<String> = header.iter().map(str::to_lowercase).collect();
-        let place = Self::places(file, header_line, &found, specs)?;
+        let place = Self::places(file, header_line, &found, specs, passes_over_others)?;
         let mut columns: Vec<Option<Vec<f64>>> =
             place.iter().map(|p| p.map(|_| Vec::new())).collect();
         let mut lines = Vec::new();
@@ -332,10 +355,14 @@ impl Table {
         header_line: u64,
         found: &[String],
         specs: &[ColumnSpec],
+        passes_over_others: bool,
     ) -> Result<Vec<Option<usize>>, TableError> {
         let mut place = vec![None; specs.len()];
         for (cell, name) in found.iter().enumerate() {
             let Some(known) = specs.iter().position(|s| s.name == name) else {
+                if passes_over_others {
+                    continue;
+                }
                 return Err(Self::unexpected(file, header_line, name, found, specs));
             };
             if place[known].replace(cell).is_some() {

@@ -15,6 +15,7 @@ use sky_sim::table::{ColumnSpec, Table};
 use crate::args::{HAZE, SceneArgs};
 use crate::io::files::{OutputFile, read_text};
 use crate::io::scene::Scene;
+use crate::io::table::DIRECTION_COLUMNS;
 
 /// Help of `--segments`.
 const SEGMENTS_HELP: &str =
@@ -57,8 +58,8 @@ pub struct SegmentArgs {
 }
 
 const COLUMNS: [ColumnSpec; 3] = [
-    ColumnSpec::required("view_zenith_deg", [0.0, 180.0]),
-    ColumnSpec::required("relative_azimuth_deg", [-360.0, 360.0]),
+    DIRECTION_COLUMNS[0],
+    DIRECTION_COLUMNS[1],
     ColumnSpec::required("distance_km", [0.0, 1000.0]),
 ];
 

@@ -52,6 +52,9 @@ pub fn csv(rows: &[Row], adapter: &str) -> Result<String> {
 }
 
 /// One chart a regime: error over GPU cost, both logarithmic, with the front as a line.
+///
+/// # Errors
+/// When a chart cannot be drawn.
 pub fn panels(rows: &[Row]) -> Result<Vec<String>> {
     REGIMES
         .iter()
@@ -200,6 +203,9 @@ pub fn beside(rows: &[Row]) -> Vec<Beside> {
 }
 
 /// The same for the terminal, and where the default tier is beaten.
+///
+/// # Errors
+/// Never: a text takes everything.
 pub fn beside_text(rows: &[Row], beside: &[Beside]) -> Result<String> {
     let Some(ours) = rows.iter().find(|row| row.model.name == DEFAULT_TIER) else {
         return Ok(String::new());
