@@ -89,8 +89,6 @@ struct HazeFile {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct View {
-    /// Vertical field of view \[deg\].
-    pub field_of_view_deg: f64,
     /// Pixels of a picture.
     pub pixels: f64,
 }
@@ -128,12 +126,6 @@ pub struct Budget {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Target {
-    /// WebGL 2: shaders in GLSL ES, no compute.
-    #[serde(default)]
-    pub webgl2: bool,
-    /// Whether compute shaders run. Nothing here needs them.
-    #[serde(default)]
-    pub compute: bool,
     /// Time of the formula at a pixel, as `utm-sky bench-gpu` measures it on the target \[ns\].
     pub fragment_ns_per_pixel: Option<f64>,
 }
@@ -179,11 +171,6 @@ impl Scene {
         };
         within("ground_albedo", file.ground_albedo, [0.0, 1.0])?;
         within("farthest_object_km", file.farthest_object_km, [0.0, 1000.0])?;
-        within(
-            "view.field_of_view_deg",
-            file.view.field_of_view_deg,
-            [1.0, 360.0],
-        )?;
         within("view.pixels", file.view.pixels, [1.0, 1e9])?;
         for (field, value) in [
             ("budget.gpu_ns", file.budget.gpu_ns),
