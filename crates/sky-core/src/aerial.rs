@@ -17,6 +17,7 @@ use crate::conditions::{Conditions, OutsideDomain};
 use crate::extended::{self, Coefficients, ScaledRadii, angle, angle_from_sun};
 use crate::extinction::{LEVEL_STEP_KM, LEVELS};
 use crate::quantity::{Angle, EARTH_RADIUS_KM, Length, single};
+use crate::sun::VisibleSun;
 use crate::utm_sky::{MAX_LAYERS, UtmSky, haze_coordinate};
 
 /// Sections of a path, shorter near its lower end, where the haze is.
@@ -215,14 +216,15 @@ impl AerialFrame {
         self.transmittance(depth)
     }
 
-    /// Sunlight on a plane facing the sun in linear sRGB \[lx\], black below the horizon.
+    /// Sunlight on a plane facing the sun in linear sRGB \[lx\], of the part of the disc that is
+    /// above the horizon, through the air at that part's center; black without any.
     #[must_use]
-    pub fn sunlight(&self, altitude_km: f32, cos_horizon: f32) -> [f32; 3] {
-        if self.sun[1] < cos_horizon {
+    pub fn sunlight(&self, altitude_km: f32, sun: &VisibleSun) -> [f32; 3] {
+        if sun.share <= 0.0 {
             return [0.0; 3];
         }
-        let through = self.transmittance_to_space(altitude_km, self.sun[1]);
-        core::array::from_fn(|c| self.sun_rgb[c] * through[c])
+        let through = self.transmittance_to_space(altitude_km, sun.cosine);
+        core::array::from_fn(|c| sun.share * self.sun_rgb[c] * through[c])
     }
 
     /// Optical depths of a ray that rises from its lowest point.

@@ -16,7 +16,7 @@ use sky_core::quantity::single;
 use sky_core::utm_sky::{HORIZON_SLACK, haze_coordinate};
 
 use crate::lagrange::{four_from, lagrange_weights};
-use crate::sky_model::SkyModel;
+use crate::sky_model::{SkyError, SkyModel};
 
 /// Values of a channel at a node: zenith, A–E.
 pub const PEREZ_TERMS: usize = 6;
@@ -241,7 +241,7 @@ impl SkyModel for PerezSky {
         &self,
         conditions: &Conditions,
         directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain> {
+    ) -> Result<Vec<Yxy>, SkyError> {
         let frame = self.frame(conditions)?;
         Ok(directions
             .iter()
