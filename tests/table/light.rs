@@ -74,7 +74,7 @@ fn sky_illuminance(sky: &dyn SkyModel, conditions: &Conditions) -> f64 {
 
 /// Illuminance of a plane that faces the sun by the beam through the engine's air \[lx\].
 fn sun_illuminance(conditions: &Conditions) -> f64 {
-    let optics = TRUTH.optics(conditions.turbidity);
+    let optics = TRUTH.optics(conditions.turbidity).expect("optics");
     let radius = EARTH_RADIUS_KM + conditions.observer_altitude.km();
     let cosine = conditions.sun_zenith.radians().cos();
     let count = optics.wavelength_nm.len();
