@@ -36,49 +36,50 @@ use crate::options::Output;
 pub type Part = (&'static str, &'static str);
 
 macro_rules! part {
-    ($name:literal) => {
-        ($name, include_str!(concat!("../../../shaders/", $name)))
+    ($name:literal, $text:ident) => {
+        ($name, sky_shaders::$text)
     };
 }
 
 /// The constants, the uniforms' structs and variables, in bind group 0.
-pub const UNIFORMS: Part = part!("uniforms.wgsl");
+pub const UNIFORMS: Part = part!("uniforms.wgsl", UNIFORMS);
 /// Yxy to linear sRGB.
-pub const COLOR: Part = part!("color.wgsl");
+pub const COLOR: Part = part!("color.wgsl", COLOR);
 /// Noise for quantization.
-pub const DITHER: Part = part!("dither.wgsl");
+pub const DITHER: Part = part!("dither.wgsl", DITHER);
 /// Exposure, tone curves, encoding.
-pub const TONEMAP: Part = part!("tonemap.wgsl");
+pub const TONEMAP: Part = part!("tonemap.wgsl", TONEMAP);
 /// Light in place of a picture, for float targets.
-pub const LINEAR: Part = part!("linear.wgsl");
+pub const LINEAR: Part = part!("linear.wgsl", LINEAR);
 /// Roll-off and encoding of HDR displays.
-pub const HDR: Part = part!("hdr.wgsl");
+pub const HDR: Part = part!("hdr.wgsl", HDR);
 /// HDR10.
-pub const HDR10: Part = part!("hdr10.wgsl");
+pub const HDR10: Part = part!("hdr10.wgsl", HDR10);
 /// scRGB.
-pub const SCRGB: Part = part!("scrgb.wgsl");
+pub const SCRGB: Part = part!("scrgb.wgsl", SCRGB);
 /// The sky formula.
-pub const UTM_SKY: Part = part!("utm_sky.wgsl");
+pub const UTM_SKY: Part = part!("utm_sky.wgsl", UTM_SKY);
 /// The light of a direction, the sun's disc.
-pub const SKY_FRAME: Part = part!("sky_frame.wgsl");
+pub const SKY_FRAME: Part = part!("sky_frame.wgsl", SKY_FRAME);
 /// Finite paths.
-pub const AERIAL: Part = part!("aerial.wgsl");
+pub const AERIAL: Part = part!("aerial.wgsl", AERIAL);
 /// The light of sky and ground, and of objects behind air.
-pub const PICTURE: Part = part!("picture.wgsl");
+pub const PICTURE: Part = part!("picture.wgsl", PICTURE);
 /// Perez's formula.
-pub const PEREZ: Part = part!("perez.wgsl");
+pub const PEREZ: Part = part!("perez.wgsl", PEREZ);
 /// The camera.
-pub const VIEW: Part = part!("view.wgsl");
+pub const VIEW: Part = part!("view.wgsl", VIEW);
 /// Entry points of the full-screen skies.
-pub const BAKED: Part = part!("baked.wgsl");
+pub const BAKED: Part = part!("baked.wgsl", BAKED);
 /// Entry points of the dome.
-pub const DOME: Part = part!("dome.wgsl");
+pub const DOME: Part = part!("dome.wgsl", DOME);
 /// Where the pixels of a finished scene are.
-pub const SCENE: Part = part!("scene.wgsl");
+pub const SCENE: Part = part!("scene.wgsl", SCENE);
 /// Entry points of the depth-aware pass.
-pub const COMPOSITE: Part = part!("composite.wgsl");
+pub const COMPOSITE: Part = part!("composite.wgsl", COMPOSITE);
 /// The same for a depth with several samples.
-pub const COMPOSITE_MULTISAMPLED: Part = part!("composite_multisampled.wgsl");
+pub const COMPOSITE_MULTISAMPLED: Part =
+    part!("composite_multisampled.wgsl", COMPOSITE_MULTISAMPLED);
 
 /// What a shader of the user needs of ours, after the uniforms.
 const FUNCTIONS: [Part; 5] = [COLOR, UTM_SKY, SKY_FRAME, AERIAL, PICTURE];
