@@ -84,7 +84,9 @@ fn optics_over_ground(air: &Air, scene: Scene) -> Result<OpticalProfile> {
         }
     };
     let ground_km = scene.observer_altitude.km().min(0.0);
-    Ok(optics.down_to(Length::from_km(ground_km))?)
+    let optics = optics.down_to(Length::from_km(ground_km))?;
+    optics.check_observer(scene.observer_altitude)?;
+    Ok(optics)
 }
 
 /// How far below the ground of a scene a path leads, if it does: the ground lies at 0 km, or at the

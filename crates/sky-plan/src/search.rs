@@ -31,7 +31,7 @@ pub(crate) const AXES: [(&str, &str); 3] = [
 const KEPT: usize = 512;
 
 /// Tables beyond this are not tried.
-const MOST_BYTES: usize = 1 << 20;
+const MAX_BYTES: usize = 1 << 20;
 
 /// Nodes and products of a table.
 #[derive(Clone, Debug, PartialEq)]
@@ -338,7 +338,7 @@ impl<'a> Search<'a> {
             };
             let best = trials
                 .into_iter()
-                .filter(|(_, t)| t.bytes <= MOST_BYTES)
+                .filter(|(_, t)| t.bytes <= MAX_BYTES)
                 .max_by(|(_, a), (_, b)| worth(a).total_cmp(&worth(b)));
             match best {
                 Some((_, best)) => current = best,

@@ -163,7 +163,7 @@ impl<'a> Lattice<'a> {
                 continue;
             }
             // alone, for it does its own parallel work
-            drop(self.truth.solved(*turbidity));
+            self.truth.solved(*turbidity)?;
             let made: Vec<(MapEquations, SkyMap)> = self
                 .places
                 .par_iter()

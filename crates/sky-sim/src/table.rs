@@ -311,34 +311,7 @@ impl Table {
         let header = records.next().ok_or_else(empty)?;
         let header_line = header.position().map_or(1, csv::Position::line);
         let found: Vec<String> = header.iter().map(str::to_lowercase).collect();
-        let mut place = vec![None; specs.len()];
-        for (cell, name) in found.iter().enumerate() {
-            let Some(known) = specs.iter().position(|s| s.name == name) else {
-                if passes_over_others {
-                    continue;
-                }
-                return Err(Self::unexpected(file, header_line, name, &found, specs));
-            };
-            if place[known].replace(cell).is_some() {
-                return Err(TableError::DuplicateColumn {
-                    file: file.to_owned(),
-                    line: header_line,
-                    column: specs[known].name,
-                });
-            }
-        }
-        if let Some((spec, _)) = specs
-            .iter()
-            .zip(&place)
-            .find(|(s, p)| s.required && p.is_none())
-        {
-            return Err(TableError::MissingColumn {
-                file: file.to_owned(),
-                line: header_line,
-                column: spec.name,
-                found: found.join(", "),
-            });
-        }
+        let place = Self::places(file, header_line, &found, specs, passes_over_others)?;
         let mut columns: Vec<Option<Vec<f64>>> =
             place.iter().map(|p| p.map(|_| Vec::new())).collect();
         let mut lines = Vec::new();
@@ -374,6 +347,45 @@ impl Table {
             line: lines,
             columns,
         })
+    }
+
+    /// The cell of each known column in the header.
+    fn places(
+        file: &str,
+        header_line: u64,
+        found: &[String],
+        specs: &[ColumnSpec],
+        passes_over_others: bool,
+    ) -> Result<Vec<Option<usize>>, TableError> {
+        let mut place = vec![None; specs.len()];
+        for (cell, name) in found.iter().enumerate() {
+            let Some(known) = specs.iter().position(|s| s.name == name) else {
+                if passes_over_others {
+                    continue;
+                }
+                return Err(Self::unexpected(file, header_line, name, found, specs));
+            };
+            if place[known].replace(cell).is_some() {
+                return Err(TableError::DuplicateColumn {
+                    file: file.to_owned(),
+                    line: header_line,
+                    column: specs[known].name,
+                });
+            }
+        }
+        if let Some((spec, _)) = specs
+            .iter()
+            .zip(&place)
+            .find(|(s, p)| s.required && p.is_none())
+        {
+            return Err(TableError::MissingColumn {
+                file: file.to_owned(),
+                line: header_line,
+                column: spec.name,
+                found: found.join(", "),
+            });
+        }
+        Ok(place)
     }
 
     fn unexpected(
@@ -438,7 +450,14 @@ impl Table {
                 found: value,
             });
         }
-        Ok(value)
+        // a negative zero is the zero: total orders tell them apart
+        Ok(value + 0.0)
+    }
+
+    /// Line of the last row.
+    #[must_use]
+    pub fn last_line(&self) -> u64 {
+        self.line.last().copied().unwrap_or(self.header_line)
     }
 
     /// The values of a required column.
