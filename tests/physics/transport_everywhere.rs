@@ -73,7 +73,7 @@ impl Line {
     }
 
     /// The same line from a point farther along it.
-    fn from_farther(&self, length_km: f64) -> Self {
+    fn moved_along(&self, length_km: f64) -> Self {
         let r = EARTH_RADIUS_KM + self.altitude_km;
         let far = (r * r + length_km * (length_km + 2.0 * r * self.cosine)).sqrt();
         Self {
@@ -185,7 +185,7 @@ fn a_line_sees_what_its_first_part_adds_and_the_rest_through_it() {
         );
         let whole_km = line.down_km().filter(|_| zenith > horizon).unwrap_or(300.0);
         let length_km = whole_km * dice.between(0.02, 0.98);
-        let far = line.from_farther(length_km);
+        let far = line.moved_along(length_km);
         let [whole, near, rest] = [
             line.light(air, None),
             line.light(air, Some(length_km)),
@@ -264,7 +264,7 @@ fn the_air_before_the_horizon_is_the_same_from_both_sides() {
 fn from_above_the_air_a_line_is_what_it_is_where_it_enters() {
     let enters = Line::from_degrees(100.0, 60.0, 97.0, 30.0);
     // back along the line
-    let space = enters.from_farther(-2000.0);
+    let space = enters.moved_along(-2000.0);
     assert!(space.altitude_km > 150.0);
     let [near, far] = [enters, space].map(|line| line.light(&CLEAR, None).total(0.2, 0.2).unwrap());
     for (n, f) in near.iter().zip(&far) {
