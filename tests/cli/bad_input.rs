@@ -393,7 +393,7 @@ fn directions_that_cannot_be_used() {
         ),
         (
             "view_zenith_deg,relative_azimuth_deg\n1,2\n200,2\n",
-            vec!["dirs.csv:3", "view_zenith_deg", "0 to 180", "\"200\""],
+            vec!["dirs.csv:3", "view_zenith_deg", "0 to 180", "found 200"],
         ),
         (
             "view_zenith_deg,relative_azimuth_deg\n1,left\n",

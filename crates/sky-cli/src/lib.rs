@@ -1,12 +1,13 @@
 //! The `utm-sky` command as a library: files, terminal, plots.
 //!
 //! Everything that touches a file or the terminal is here; the physics is in the other crates. The
-//! binary is one call of [`run`]. Exit status: 0 on success, 2 on bad input, on a file that cannot
-//! be written and on interruption.
+//! binary is one call of [`run`]. Exit status: 0 on success, 1 where a verdict is "not met", 2 on bad
+//! input, on a file that cannot be written and on interruption.
 
 pub mod args;
 pub mod commands;
 pub mod io;
+mod quiet;
 mod tell;
 
 use std::ffi::OsString;
@@ -19,7 +20,7 @@ use commands::{
     atlas, beam, bench_gpu, chart, export_shaders, fit_stress, gallery, generate, light, lut, map,
     models, optics, plan, profile, render, report, segment, sky, view,
 };
-use io::files::{EXIT_FAILURE, clean_up_on_interrupt};
+use io::files::{EXIT_FAILURE, clean_up_on_interrupt, remove_empty_directories};
 use tell::tell;
 
 /// Spectral sky radiance, fitted sky formulas and look-up tables for flight simulators.
@@ -32,7 +33,8 @@ use tell::tell;
   utm-sky generate
   utm-sky map --altitude-km 6 --turbidity 2 --sun-zenith-deg 60 --yxy --out sky.csv
 
-Exit status: 0 on success, 2 on bad input or when a file cannot be written."
+An output named - is standard output. Exit status: 0 on success, 1 where a verdict is \"not met\" (plan
+--verify), 2 on bad input, when a file cannot be written and on interruption."
 )]
 pub struct Cli {
     /// What to do.
@@ -96,12 +98,28 @@ where
         Ok(cli) => cli,
         Err(message) => return tell(&message),
     };
+    if cli.command.wants_gpu() {
+        quiet::start_again_where_drivers_complain();
+    }
     clean_up_on_interrupt();
     match dispatch(&cli.command) {
         Ok(status) => status,
         Err(error) => {
+            remove_empty_directories();
             drop(writeln!(stderr(), "error: {error}"));
             ExitCode::from(EXIT_FAILURE)
+        }
+    }
+}
+
+impl Command {
+    /// Whether it opens a GPU itself; `view` leaves that to the window's program.
+    fn wants_gpu(&self) -> bool {
+        match self {
+            Self::Render(args) => args.backend == args::Backend::Gpu && args.model.is_none(),
+            Self::Gallery(args) => args.backend == args::Backend::Gpu,
+            Self::Chart(_) | Self::Atlas(_) | Self::BenchGpu(_) => true,
+            _ => false,
         }
     }
 }
@@ -123,7 +141,7 @@ fn dispatch(command: &Command) -> anyhow::Result<ExitCode> {
         Command::BenchGpu(args) => bench_gpu::run(args),
         Command::ExportShaders(args) => export_shaders::run(args),
         Command::Generate(args) => generate::run(args),
-        Command::Plan(args) => plan::run(args),
+        Command::Plan(args) => return plan::run(args),
         Command::Report(args) => report::run(args),
         Command::Atlas(args) => atlas::run(args),
         Command::FitStress(args) => fit_stress::run(args),

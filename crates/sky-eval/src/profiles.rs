@@ -29,6 +29,11 @@ const SHIPPED_PROFILES: [[&str; 3]; 4] = [
     ],
 ];
 
+/// The names of the shipped profiles.
+pub fn shipped_names() -> impl Iterator<Item = &'static str> {
+    SHIPPED_PROFILES.iter().map(|[name, ..]| *name)
+}
+
 /// A profile, the name by which it was asked for, and its bytes' hash.
 #[derive(Clone, Debug)]
 pub struct NamedProfile {

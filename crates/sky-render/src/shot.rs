@@ -5,15 +5,17 @@ use glam::Vec3;
 use rayon::prelude::*;
 use sky_core::conditions::Conditions;
 use sky_core::haze::Haze;
+use sky_core::light::SunDisc;
 use sky_core::picture::Picture;
 use sky_core::quantity::Angle;
 use sky_core::tonemap::{Tone, exposure_from_ev100};
 use sky_core::utm_sky::UtmSky;
 use sky_gpu::headless::{Headless, check_size};
-use sky_gpu::{Camera, Dome, Exposure, SkyFrame, SkyRenderer, Tier, auto_ev100};
+use sky_gpu::{Camera, Dome, Exposure, Projection, SkyFrame, SkyRenderer, Tier, auto_ev100};
 
 use crate::camera::{clip, world_direction};
 use crate::pixels::{Pixels, developed};
+use crate::sun_disc::spread_sun;
 use crate::terrain::{SceneBuffers, terrain};
 
 /// Albedo of the ground of the default table.
@@ -53,6 +55,8 @@ pub struct Shot {
     pub tone: Option<Tone>,
     /// How the GPU draws the sky.
     pub tier: Tier,
+    /// Whether the sun's disc is drawn.
+    pub sun_disc: bool,
     /// What stands under the sky.
     pub scenery: Scenery,
     /// Whether the air between camera and scene is drawn.
@@ -70,7 +74,7 @@ impl Shot {
             sun: world_direction(self.sun_azimuth, elevation),
             up: Vec3::Z,
             ground_albedo: GROUND_ALBEDO,
-            sun_disc: true,
+            sun_disc: self.sun_disc && !self.spreads_sun(),
             exposure: match (self.tone, self.ev100) {
                 (None, _) => Exposure::None,
                 (_, Some(ev100)) => Exposure::Ev100(ev100),
@@ -78,6 +82,15 @@ impl Shot {
             },
             tone: self.tone,
         }
+    }
+
+    /// Whether the sun's disc is spread over the pixels that it touches after all else is drawn, so
+    /// that a picture of light holds all of it: panoramas whose pixels are larger than the disc.
+    #[must_use]
+    pub fn spreads_sun(&self) -> bool {
+        self.sun_disc
+            && self.tone.is_none()
+            && self.camera.projection == Projection::Equirectangular
     }
 
     /// The world direction of a pixel; `None` outside a fisheye's disc.
@@ -94,14 +107,18 @@ impl Shot {
 pub fn draw_on_cpu(sky: &UtmSky, shot: &Shot) -> Result<Pixels> {
     check_size(shot.size)?;
     let [width, height] = shot.size;
-    let picture = Picture::new(sky, &shot.conditions, GROUND_ALBEDO)?;
+    let whole = Picture::new(sky, &shot.conditions, GROUND_ALBEDO)?;
+    let mut picture = whole.clone();
+    if !shot.frame().sun_disc {
+        picture.sun = SunDisc::default();
+    }
     let axes = shot.frame().local_axes();
     let scene = scene_buffers(&picture, shot, axes);
     let exposure = match (shot.tone, shot.ev100) {
         (None, _) => 1.0,
         (_, ev100) => exposure_from_ev100(ev100.unwrap_or_else(|| auto_ev100(&picture))),
     };
-    let lights: Vec<[f32; 3]> = (0..height)
+    let mut lights: Vec<[f32; 3]> = (0..height)
         .into_par_iter()
         .flat_map_iter(|y| (0..width).map(move |x| (x, y)))
         .map(|(x, y)| {
@@ -122,6 +139,9 @@ pub fn draw_on_cpu(sky: &UtmSky, shot: &Shot) -> Result<Pixels> {
             )
         })
         .collect();
+    if shot.spreads_sun() {
+        spread_sun(lights.as_flattened_mut(), shot, &whole, scene.as_ref());
+    }
     Ok(developed(lights, shot.size[0], shot.tone, exposure))
 }
 
@@ -198,12 +218,15 @@ impl Painter {
             )
         } else {
             let number = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
-            Pixels::Linear(
-                bytes
-                    .chunks_exact(16)
-                    .flat_map(|p| [number(&p[..4]), number(&p[4..8]), number(&p[8..12])])
-                    .collect(),
-            )
+            let mut lights: Vec<f32> = bytes
+                .chunks_exact(16)
+                .flat_map(|p| [number(&p[..4]), number(&p[4..8]), number(&p[8..12])])
+                .collect();
+            if shot.spreads_sun() {
+                let whole = Picture::new(&self.sky, &shot.conditions, GROUND_ALBEDO)?;
+                spread_sun(&mut lights, shot, &whole, scene.as_ref());
+            }
+            Pixels::Linear(lights)
         })
     }
 }

@@ -16,6 +16,14 @@ pub enum TableError {
         /// The columns that were expected.
         expected: String,
     },
+    /// A spreadsheet's separator.
+    #[error("{file}:{line}: expected commas between the cells, found semicolons")]
+    Semicolons {
+        /// Name of the file.
+        file: String,
+        /// Line of the header.
+        line: u64,
+    },
     /// A required column is absent.
     #[error("{file}:{line}: column {column}: expected in the header, found only {found}")]
     MissingColumn {
@@ -271,6 +279,29 @@ impl Table {
         specs: &[ColumnSpec],
         min_rows: usize,
     ) -> Result<Self, TableError> {
+        Self::read_with(file, text, specs, min_rows, false)
+    }
+
+    /// The same from a table that may have other columns, which are passed over.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with its line and column.
+    pub fn read_some(
+        file: &str,
+        text: &str,
+        specs: &[ColumnSpec],
+        min_rows: usize,
+    ) -> Result<Self, TableError> {
+        Self::read_with(file, text, specs, min_rows, true)
+    }
+
+    fn read_with(
+        file: &str,
+        text: &str,
+        specs: &[ColumnSpec],
+        min_rows: usize,
+        passes_over_others: bool,
+    ) -> Result<Self, TableError> {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let empty = || TableError::Empty {
             file: file.to_owned(),
@@ -288,9 +319,18 @@ impl Table {
         let header = records.next().ok_or_else(empty)?;
         let header_line = header.position().map_or(1, csv::Position::line);
         let found: Vec<String> = header.iter().map(str::to_lowercase).collect();
+        if found.len() == 1 && found[0].contains(';') {
+            return Err(TableError::Semicolons {
+                file: file.to_owned(),
+                line: header_line,
+            });
+        }
         let mut place = vec![None; specs.len()];
         for (cell, name) in found.iter().enumerate() {
             let Some(known) = specs.iter().position(|s| s.name == name) else {
+                if passes_over_others {
+                    continue;
+                }
                 return Err(Self::unexpected(file, header_line, name, &found, specs));
             };
             if place[known].replace(cell).is_some() {

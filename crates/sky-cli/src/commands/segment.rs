@@ -15,6 +15,8 @@ use sky_sim::table::{ColumnSpec, Table};
 use crate::args::{HAZE, SceneArgs};
 use crate::io::files::{OutputFile, read_text};
 use crate::io::scene::Scene;
+use crate::io::table::DIRECTION_COLUMNS;
+use crate::io::table::numbers;
 
 /// Help of `--segments`.
 const SEGMENTS_HELP: &str =
@@ -36,7 +38,7 @@ pub enum Aerial {
     group(ArgGroup::new("haze").required(true).args(HAZE)),
     after_help = "Example:
   utm-sky segment --altitude-km 3 --turbidity 2 --sun-zenith-deg 60 \\
-      --segments segments.csv --out paths.csv
+      --segment 90,0,20 --segment 95,180,10 --out paths.csv
 
 A path is a straight ray over a sphere of 6371 km. Transmittances are those of sunlight in linear
 sRGB and luminance; in-scattered light is what the air of the path adds."
@@ -46,8 +48,12 @@ pub struct SegmentArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
     /// Paths: CSV with zenith angle, azimuth and length of each
-    #[arg(long, value_name = "CSV", help = SEGMENTS_HELP)]
-    pub segments: PathBuf,
+    #[arg(long, value_name = "CSV", help = SEGMENTS_HELP, required_unless_present = "segment")]
+    pub segments: Option<PathBuf>,
+    /// A path by view zenith angle, azimuth (0 faces the sun) and length [deg, deg, km]; may be repeated
+    #[arg(long, value_name = "ZENITH,AZIMUTH,KM", value_parser = segment, conflicts_with = "segments",
+          allow_hyphen_values = true)]
+    pub segment: Vec<[f64; 3]>,
     /// Which aerial perspective
     #[arg(long, value_enum, default_value_t)]
     pub aerial: Aerial,
@@ -56,9 +62,13 @@ pub struct SegmentArgs {
     pub out: PathBuf,
 }
 
+fn segment(text: &str) -> Result<[f64; 3], String> {
+    numbers(text, &COLUMNS)
+}
+
 const COLUMNS: [ColumnSpec; 3] = [
-    ColumnSpec::required("view_zenith_deg", [0.0, 180.0]),
-    ColumnSpec::required("relative_azimuth_deg", [-360.0, 360.0]),
+    DIRECTION_COLUMNS[0],
+    DIRECTION_COLUMNS[1],
     ColumnSpec::required("distance_km", [0.0, 1000.0]),
 ];
 
@@ -68,8 +78,7 @@ const COLUMNS: [ColumnSpec; 3] = [
 /// When an input is wrong, the table cannot answer, a path ends in the ground, or the output cannot
 /// be written.
 pub fn run(args: &SegmentArgs) -> Result<()> {
-    let name = args.segments.display().to_string();
-    let table = Table::read(&name, &read_text(&args.segments)?, &COLUMNS, 1)?;
+    let paths = paths(args)?;
     let scene = Scene::open(&args.scene)?;
     let conditions = &scene.conditions;
     let frame = scene.frame()?;
@@ -80,18 +89,12 @@ pub fn run(args: &SegmentArgs) -> Result<()> {
         "view_zenith_deg,relative_azimuth_deg,distance_km,transmittance_r,transmittance_g,\
          transmittance_b,transmittance_y,inscatter_luminance_cd_m2,inscatter_x,inscatter_y\n",
     );
-    let (zeniths, azimuths, distances) = (table.column(0), table.column(1), table.column(2));
-    for (i, ((zenith, azimuth), distance)) in
-        zeniths.iter().zip(azimuths).zip(distances).enumerate()
-    {
+    for (place, [zenith, azimuth, distance]) in &paths {
         let direction = SkyDirection::from_degrees(*zenith, *azimuth).unit_vector();
         let altitude_km = single(conditions.observer_altitude.km());
         let distance_km = single(*distance);
         if path_meets_ground(altitude_km, direction, distance_km) {
-            bail!(
-                "{name}: path {}: distance_km: expected a point above the ground, found {distance}",
-                i + 1
-            );
+            bail!("{place}: distance_km: expected a point above the ground, found {distance}");
         }
         let path = match args.aerial {
             Aerial::Default => air.path(altitude_km, direction, distance_km),
@@ -101,6 +104,25 @@ pub fn run(args: &SegmentArgs) -> Result<()> {
     }
     out.commit(text.as_bytes())?;
     Ok(())
+}
+
+/// Zenith angle, azimuth and length of each path \[deg, deg, km\], and where it was given.
+fn paths(args: &SegmentArgs) -> Result<Vec<(String, [f64; 3])>> {
+    let Some(path) = &args.segments else {
+        let numbered = args.segment.iter().enumerate();
+        return Ok(numbered
+            .map(|(i, path)| (format!("--segment {}", i + 1), *path))
+            .collect());
+    };
+    let name = path.display().to_string();
+    let table = Table::read(&name, &read_text(path)?, &COLUMNS, 1)?;
+    let [zeniths, azimuths, lengths] = [0, 1, 2].map(|column| table.column(column));
+    Ok((0..table.line.len())
+        .map(|i| {
+            let place = format!("{name}:{}: path {}", table.line[i], i + 1);
+            (place, [zeniths[i], azimuths[i], lengths[i]])
+        })
+        .collect())
 }
 
 fn write_row(text: &mut String, place: [f64; 3], path: &AerialPath) -> Result<()> {

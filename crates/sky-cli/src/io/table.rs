@@ -5,87 +5,20 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use anyhow::Result;
+use clap::Args;
 use sky_core::color::Yxy;
 use sky_core::direction::SkyDirection;
 use sky_science::direction::report_directions;
-use thiserror::Error;
+use sky_sim::table::{ColumnSpec, Table, TableError};
 
-use super::files::{FileError, read_text};
+use super::files::read_text;
 
 /// Columns of a directions file.
-pub const DIRECTION_COLUMNS: [&str; 2] = ["view_zenith_deg", "relative_azimuth_deg"];
-
-/// A directions file that cannot be used: file, line, column, what was expected and found.
-#[derive(Debug, Error)]
-pub enum DirectionsError {
-    /// The file itself.
-    #[error(transparent)]
-    File(#[from] FileError),
-    /// A column is absent.
-    #[error("{}:{line}: column {column}: expected in the header, found only {found}", path.display())]
-    MissingColumn {
-        /// Which file.
-        path: PathBuf,
-        /// Line of the header.
-        line: u64,
-        /// The absent column.
-        column: &'static str,
-        /// The header.
-        found: String,
-    },
-    /// A column stands twice in the header.
-    #[error("{}:{line}: column {column}: expected once in the header, found twice", path.display())]
-    RepeatedColumn {
-        /// Which file.
-        path: PathBuf,
-        /// Line of the header.
-        line: u64,
-        /// The repeated column.
-        column: &'static str,
-    },
-    /// A row without a cell that the header announces.
-    #[error("{}:{line}: expected {expected} cells, found {found}", path.display())]
-    RaggedRow {
-        /// Which file.
-        path: PathBuf,
-        /// Line of the row.
-        line: u64,
-        /// Cells in the header.
-        expected: usize,
-        /// Cells in the row.
-        found: usize,
-    },
-    /// Text, NaN or a number outside the bounds.
-    #[error("{}:{line}: column {column}: expected {expected}, found {found:?}", path.display())]
-    BadNumber {
-        /// Which file.
-        path: PathBuf,
-        /// Line of the row.
-        line: u64,
-        /// Column of the cell.
-        column: &'static str,
-        /// What would do.
-        expected: &'static str,
-        /// The cell.
-        found: String,
-    },
-    /// A header and no rows.
-    #[error("{}:{line}: expected at least one direction below the header, found none", path.display())]
-    NoRows {
-        /// Which file.
-        path: PathBuf,
-        /// Line of the header.
-        line: u64,
-    },
-    /// The text is no CSV.
-    #[error("{}: {source}", path.display())]
-    Csv {
-        /// Which file.
-        path: PathBuf,
-        /// What the reader says.
-        source: csv::Error,
-    },
-}
+pub const DIRECTION_COLUMNS: [ColumnSpec; 2] = [
+    ColumnSpec::required("view_zenith_deg", [0.0, 180.0]),
+    ColumnSpec::required("relative_azimuth_deg", [-360.0, 360.0]),
+];
 
 /// Directions of view as a file lists them.
 #[derive(Clone, Debug, PartialEq)]
@@ -94,6 +27,62 @@ pub struct DirectionTable {
     pub degrees: Vec<[f64; 2]>,
     /// The same as directions.
     pub directions: Vec<SkyDirection>,
+    /// The file and the line of each; nothing where they were given otherwise.
+    source: Option<(String, Vec<u64>)>,
+}
+
+/// Directions of view: a file, or one by one.
+#[derive(Clone, Debug, Args)]
+#[group(skip)]
+pub struct DirectionArgs {
+    /// Directions: CSV with `view_zenith_deg,relative_azimuth_deg` (0 faces the sun); without any the
+    /// zenith and nine rings of 30
+    #[arg(long, value_name = "CSV")]
+    pub directions: Option<PathBuf>,
+    /// A direction by view zenith angle and azimuth (0 faces the sun) [deg]; may be repeated
+    #[arg(long, value_name = "ZENITH,AZIMUTH", value_parser = direction,
+          conflicts_with = "directions", allow_hyphen_values = true)]
+    pub direction: Vec<[f64; 2]>,
+}
+
+impl DirectionArgs {
+    /// The directions; the report's 271 where none were given.
+    ///
+    /// # Errors
+    /// When the file cannot be read or its table is wrong.
+    pub fn table(&self) -> Result<DirectionTable> {
+        match &self.directions {
+            Some(path) => Ok(DirectionTable::parse(path, &read_text(path)?)?),
+            None if self.direction.is_empty() => Ok(DirectionTable::report()),
+            None => Ok(DirectionTable::new(self.direction.clone(), None)),
+        }
+    }
+}
+
+fn direction(text: &str) -> Result<[f64; 2], String> {
+    numbers(text, &DIRECTION_COLUMNS)
+}
+
+/// Numbers with commas between them, within the ranges of as many columns.
+pub(crate) fn numbers<const N: usize>(
+    text: &str,
+    columns: &[ColumnSpec; N],
+) -> Result<[f64; N], String> {
+    let given: Vec<&str> = text.split(',').map(str::trim).collect();
+    let mut out = [0.0; N];
+    if given.len() != N {
+        let names: Vec<&str> = columns.iter().map(|column| column.name).collect();
+        return Err(format!("expected {}, found {text:?}", names.join(",")));
+    }
+    for ((out, word), column) in out.iter_mut().zip(given).zip(columns) {
+        let [low, high] = column.range;
+        *out = word
+            .parse()
+            .ok()
+            .filter(|value| (low..=high).contains(value))
+            .ok_or_else(|| format!("{}: expected {low} to {high}, found {word:?}", column.name))?;
+    }
+    Ok(out)
 }
 
 impl DirectionTable {
@@ -114,105 +103,45 @@ impl DirectionTable {
         Self {
             degrees,
             directions,
+            source: None,
         }
     }
 
-    /// From a file, or the report's 271 when there is none.
-    ///
-    /// # Errors
-    /// See [`DirectionsError`].
-    pub fn read_or_report(path: Option<&Path>) -> Result<Self, DirectionsError> {
-        match path {
-            None => Ok(Self::report()),
-            Some(path) => Self::parse(path, &read_text(path)?),
-        }
-    }
-
-    /// From CSV text: the two columns in any order, others ignored, lines starting with `#` too.
-    ///
-    /// # Errors
-    /// The first thing that is wrong, with its line and column.
-    pub fn parse(path: &Path, text: &str) -> Result<Self, DirectionsError> {
-        let csv_error = |source| DirectionsError::Csv {
-            path: path.to_owned(),
-            source,
-        };
-        let text = text.trim_start_matches('\u{feff}');
-        let mut reader = csv::ReaderBuilder::new()
-            .has_headers(false)
-            .flexible(true)
-            .comment(Some(b'#'))
-            .trim(csv::Trim::All)
-            .from_reader(text.as_bytes());
-        let mut records = reader.records();
-        let header = match records.next() {
-            Some(header) => header.map_err(csv_error)?,
-            None => return Err(FileError::Empty(path.to_owned()).into()),
-        };
-        let header_line = header.position().map_or(1, csv::Position::line);
-        let mut cells = [0; 2];
-        for (cell, column) in cells.iter_mut().zip(DIRECTION_COLUMNS) {
-            let mut places = (0..header.len()).filter(|&i| &header[i] == column);
-            *cell = places
-                .next()
-                .ok_or_else(|| DirectionsError::MissingColumn {
-                    path: path.to_owned(),
-                    line: header_line,
-                    column,
-                    found: header.iter().collect::<Vec<_>>().join(", "),
-                })?;
-            if places.next().is_some() {
-                return Err(DirectionsError::RepeatedColumn {
-                    path: path.to_owned(),
-                    line: header_line,
-                    column,
-                });
-            }
-        }
-        let mut degrees = Vec::new();
-        for record in records {
-            let record = record.map_err(csv_error)?;
-            let line = record.position().map_or(header_line, csv::Position::line);
-            if record.len() != header.len() {
-                return Err(DirectionsError::RaggedRow {
-                    path: path.to_owned(),
-                    line,
-                    expected: header.len(),
-                    found: record.len(),
-                });
-            }
-            let number = |index: usize, expected: &'static str, low: f64, high: f64| {
-                let text = &record[cells[index]];
-                match text.parse::<f64>() {
-                    Ok(value) if (low..=high).contains(&value) => Ok(value),
-                    _ => Err(DirectionsError::BadNumber {
-                        path: path.to_owned(),
-                        line,
-                        column: DIRECTION_COLUMNS[index],
-                        expected,
-                        found: text.to_owned(),
-                    }),
-                }
-            };
-            degrees.push([
-                number(0, "a number from 0 to 180", 0.0, 180.0)?,
-                number(1, "a number from -360 to 360", -360.0, 360.0)?,
-            ]);
-        }
-        if degrees.is_empty() {
-            return Err(DirectionsError::NoRows {
-                path: path.to_owned(),
-                line: header_line,
-            });
-        }
+    fn new(degrees: Vec<[f64; 2]>, source: Option<(String, Vec<u64>)>) -> Self {
         let directions = degrees
             .iter()
             .map(|&[zenith, azimuth]| SkyDirection::from_degrees(zenith, azimuth))
             .collect();
-        Ok(Self {
+        Self {
             degrees,
             directions,
-        })
+            source,
+        }
+    }
+
+    /// Where a direction was given, for errors.
+    #[must_use]
+    pub fn place(&self, index: usize) -> String {
+        let number = index + 1;
+        self.source.as_ref().map_or_else(
+            || format!("direction {number}"),
+            |(file, lines)| format!("{file}:{}: direction {number}", lines[index]),
+        )
+    }
+
+    /// From CSV text: the two columns in any order, others passed over, lines starting with `#` too.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with its line and column.
+    pub fn parse(path: &Path, text: &str) -> Result<Self, TableError> {
+        let table = Table::read_some(&path.display().to_string(), text, &DIRECTION_COLUMNS, 1)?;
+        let degrees = table
+            .column(0)
+            .iter()
+            .zip(table.column(1))
+            .map(|(zenith, azimuth)| [*zenith, *azimuth])
+            .collect();
+        Ok(Self::new(degrees, Some((table.file, table.line))))
     }
 }
 
@@ -271,7 +200,7 @@ pub fn irradiance_csv(wavelength_nm: &[f64], irradiance: &[f64]) -> String {
 mod tests {
     use super::*;
 
-    fn parse(text: &str) -> Result<DirectionTable, DirectionsError> {
+    fn parse(text: &str) -> Result<DirectionTable, TableError> {
         DirectionTable::parse(Path::new("dirs.csv"), text)
     }
 
@@ -297,32 +226,38 @@ mod tests {
             ),
             (
                 "view_zenith_deg,relative_azimuth_deg\n1,2\n1,x\n",
-                "dirs.csv:3: column relative_azimuth_deg: expected a number from -360 to 360, \
-                 found \"x\"",
+                "dirs.csv:3: column relative_azimuth_deg: expected a number, found \"x\"",
             ),
             (
                 "view_zenith_deg,relative_azimuth_deg\n181,2\n",
-                "dirs.csv:2: column view_zenith_deg: expected a number from 0 to 180, found \"181\"",
+                "dirs.csv:2: column view_zenith_deg: expected 0 to 180, found 181",
             ),
             (
                 "view_zenith_deg,relative_azimuth_deg\nNaN,2\n",
-                "dirs.csv:2: column view_zenith_deg: expected a number from 0 to 180, found \"NaN\"",
+                "dirs.csv:2: column view_zenith_deg: expected a finite number, found NaN",
             ),
             (
                 "view_zenith_deg,relative_azimuth_deg\n1\n",
-                "dirs.csv:2: expected 2 cells, found 1",
+                "dirs.csv:2: expected 2 cells as in the header, found 1",
             ),
             (
                 "view_zenith_deg,relative_azimuth_deg\n",
-                "dirs.csv:1: expected at least one direction below the header, found none",
+                "dirs.csv:1: expected at least 1 rows, found 0",
             ),
             (
                 "view_zenith_deg,relative_azimuth_deg,view_zenith_deg\n1,2,3\n",
-                "dirs.csv:1: column view_zenith_deg: expected once in the header, found twice",
+                "dirs.csv:1: column view_zenith_deg: expected once, found twice",
             ),
         ] {
             assert_eq!(parse(text).unwrap_err().to_string(), message);
         }
+    }
+
+    #[test]
+    fn c_a_direction_is_named_with_its_line() {
+        let table = parse("# comment\nview_zenith_deg,relative_azimuth_deg\n0,0\n95,12\n").unwrap();
+        assert_eq!(table.place(1), "dirs.csv:4: direction 2");
+        assert_eq!(DirectionTable::report().place(0), "direction 1");
     }
 
     #[test]
