@@ -94,15 +94,16 @@ where
     I: IntoIterator<Item = T>,
     T: Into<OsString> + Clone,
 {
-    let cli = match Cli::try_parse_from(args) {
+    let args: Vec<OsString> = args.into_iter().map(Into::into).collect();
+    let cli = match Cli::try_parse_from(&args) {
         Ok(cli) => cli,
         Err(message) => return tell(&message),
     };
     if cli.command.wants_gpu() {
-        quiet::start_again_where_drivers_complain();
+        quiet::start_again_where_drivers_complain(args.get(1..).unwrap_or_default());
     }
     clean_up_on_interrupt();
-    match dispatch(&cli.command) {
+    match dispatch(&cli.command, args.get(2..).unwrap_or_default()) {
         Ok(status) => status,
         Err(error) => {
             remove_empty_directories();
@@ -124,7 +125,8 @@ impl Command {
     }
 }
 
-fn dispatch(command: &Command) -> anyhow::Result<ExitCode> {
+/// `rest` is what stands behind the command on the line.
+fn dispatch(command: &Command, rest: &[OsString]) -> anyhow::Result<ExitCode> {
     match command {
         Command::Profile(args) => profile::run(args),
         Command::Optics(args) => optics::run(args),
@@ -133,7 +135,7 @@ fn dispatch(command: &Command) -> anyhow::Result<ExitCode> {
         Command::Sky(args) => sky::run(args),
         Command::Segment(args) => segment::run(args),
         Command::Render(args) => render::run(args),
-        Command::View(_) => return view::run(),
+        Command::View(_) => return view::run(rest),
         Command::Gallery(args) => gallery::run(args),
         Command::Chart(args) => chart::run(args),
         Command::Models => models::run(),

@@ -59,14 +59,6 @@ pub fn reduce(profile: &AtmosphereProfile, settings: &OpticsSettings) -> Result<
             },
         )
     };
-    let relative = |here: [f64; 4], reference: [f64; 4]| {
-        let (sum, whole) = (here.iter().sum::<f64>(), reference.iter().sum::<f64>());
-        if whole > 0.0 {
-            rounded(sum / whole)
-        } else {
-            0.0
-        }
-    };
     let rayleigh = |l: usize| at(&thin.rayleigh_scattering_per_km, l);
     let gas = |l: usize| at(&thin.gas_absorption_per_km, l);
     let layer = |l: usize| aerosol(&thin, l);
@@ -95,6 +87,16 @@ pub fn reduce(profile: &AtmosphereProfile, settings: &OpticsSettings) -> Result<
     })
 }
 
+/// A share of a reference over all four wavelengths.
+fn relative(here: [f64; 4], reference: [f64; 4]) -> f64 {
+    let (sum, whole) = (here.iter().sum::<f64>(), reference.iter().sum::<f64>());
+    if whole > 0.0 {
+        rounded(sum / whole)
+    } else {
+        0.0
+    }
+}
+
 /// Five digits are more than the formula is good for, and short in a header.
 fn rounded(value: f64) -> f64 {
     format!("{value:.4e}").parse().unwrap_or(value)
@@ -120,6 +122,46 @@ fn layer_optical_depth_500(constituents: Constituents) -> f64 {
     }
 }
 
+/// Vertical optical depths of air, haze of depth 1 and gas, by wavelength.
+fn vertical_depths(
+    profile: &AtmosphereProfile,
+    settings: &OpticsSettings,
+    wavelength_nm: &[f64],
+) -> Result<[Vec<f64>; 3]> {
+    let optics = OpticalProfile::build(
+        profile,
+        &OpticsSettings {
+            wavelength_nm: wavelength_nm.to_vec(),
+            haze: Haze::OpticalDepth500(1.0),
+            ..settings.clone()
+        },
+    )?;
+    let column = |parts: &[&[f64]]| -> Vec<f64> {
+        let count = wavelength_nm.len();
+        let mut sum = vec![0.0; count];
+        for l in 1..optics.altitude_km.len() {
+            let step = optics.altitude_km[l] - optics.altitude_km[l - 1];
+            for part in parts {
+                for (w, sum) in sum.iter_mut().enumerate() {
+                    *sum += 0.5 * step * (part[(l - 1) * count + w] + part[l * count + w]);
+                }
+            }
+        }
+        sum
+    };
+    Ok([
+        column(&[&optics.rayleigh_scattering_per_km]),
+        column(&[
+            &optics.aerosol_scattering_per_km,
+            &optics.aerosol_absorption_per_km,
+        ]),
+        column(&[&optics.gas_absorption_per_km]),
+    ])
+}
+
+/// A path's transmittances at the four wavelengths and what they are in the four channels.
+type PathRow = ([f64; 4], [f64; 4]);
+
 /// Shares of the four wavelengths in the transmittances of red, green, blue and luminance of
 /// sunlight, by least squares over paths of all lengths; and the sunlight itself in linear sRGB \[lx\].
 fn channel_weights(
@@ -130,38 +172,8 @@ fn channel_weights(
     let sun = Spectrum::new(sun.wavelength_nm, sun.irradiance_w_m2_nm)?;
     let fine = OpticsSettings::with_step_nm(10)?.wavelength_nm;
     let colors = ColorWeights::for_radiance_ratio(&fine, &sun)?;
-    let depths = |wavelength_nm: &[f64]| -> Result<[Vec<f64>; 3]> {
-        let optics = OpticalProfile::build(
-            profile,
-            &OpticsSettings {
-                wavelength_nm: wavelength_nm.to_vec(),
-                haze: Haze::OpticalDepth500(1.0),
-                ..settings.clone()
-            },
-        )?;
-        let column = |parts: &[&[f64]]| -> Vec<f64> {
-            let count = wavelength_nm.len();
-            let mut sum = vec![0.0; count];
-            for l in 1..optics.altitude_km.len() {
-                let step = optics.altitude_km[l] - optics.altitude_km[l - 1];
-                for part in parts {
-                    for (w, sum) in sum.iter_mut().enumerate() {
-                        *sum += 0.5 * step * (part[(l - 1) * count + w] + part[l * count + w]);
-                    }
-                }
-            }
-            sum
-        };
-        Ok([
-            column(&[&optics.rayleigh_scattering_per_km]),
-            column(&[
-                &optics.aerosol_scattering_per_km,
-                &optics.aerosol_absorption_per_km,
-            ]),
-            column(&[&optics.gas_absorption_per_km]),
-        ])
-    };
-    let (all, four) = (depths(&fine)?, depths(&WAVELENGTHS_NM)?);
+    let all = vertical_depths(profile, settings, &fine)?;
+    let four = vertical_depths(profile, settings, &WAVELENGTHS_NM)?;
     let through = |depths: &[Vec<f64>; 3], amounts: [f64; 3]| -> Vec<f64> {
         (0..depths[0].len())
             .map(|w| (-(0..3).map(|k| amounts[k] * depths[k][w]).sum::<f64>()).exp())
@@ -173,7 +185,8 @@ fn channel_weights(
         [rgb.red, rgb.green, rgb.blue, xyz.y]
     };
     let whole = channels(&vec![1.0; fine.len()]);
-    let mut rows: Vec<([f64; 4], [f64; 4])> = Vec::new();
+    // no air takes no light
+    let mut rows: Vec<PathRow> = vec![([1.0; 4], [1.0; 4])];
     for air in AIR {
         for haze in HAZE {
             for gas in GAS {
@@ -189,29 +202,31 @@ fn channel_weights(
     }
     let mut weights = [[0.0; 4]; 4];
     for (channel, weights) in weights.iter_mut().enumerate() {
-        let mut normal = DMatrix::<f64>::zeros(4, 4);
-        let mut right = DVector::<f64>::zeros(4);
-        let clear = ([1.0; 4], [1.0; 4]);
-        for (i, (at_four, exact)) in core::iter::once(&clear).chain(&rows).enumerate() {
-            let target = exact[channel];
-            let scale = if i == 0 {
-                CLEAR
-            } else {
-                1.0 / target.max(FAINT)
-            };
-            for a in 0..4 {
-                right[a] += scale * scale * at_four[a] * target;
-                for b in 0..4 {
-                    normal[(a, b)] += scale * scale * at_four[a] * at_four[b];
-                }
-            }
-        }
-        let Some(solution) = normal.lu().solve(&right) else {
-            bail!("extinction: expected four independent wavelengths, found a singular fit");
-        };
-        for (to, from) in weights.iter_mut().zip(solution.iter()) {
-            *to = rounded(*from);
-        }
+        *weights = fitted(&rows, channel)?;
     }
     Ok((weights, [whole[0], whole[1], whole[2]]))
+}
+
+/// The shares of a channel; the first row is the clear path.
+fn fitted(rows: &[PathRow], channel: usize) -> Result<[f64; 4]> {
+    let mut normal = DMatrix::<f64>::zeros(4, 4);
+    let mut right = DVector::<f64>::zeros(4);
+    for (i, (at_four, exact)) in rows.iter().enumerate() {
+        let target = exact[channel];
+        let scale = if i == 0 {
+            CLEAR
+        } else {
+            1.0 / target.max(FAINT)
+        };
+        for a in 0..4 {
+            right[a] += scale * scale * at_four[a] * target;
+            for b in 0..4 {
+                normal[(a, b)] += scale * scale * at_four[a] * at_four[b];
+            }
+        }
+    }
+    let Some(solution) = normal.lu().solve(&right) else {
+        bail!("extinction: expected four independent wavelengths, found a singular fit");
+    };
+    Ok(core::array::from_fn(|w| rounded(solution[w])))
 }

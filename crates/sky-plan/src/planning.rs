@@ -22,7 +22,7 @@ use sky_sim::profile::AtmosphereProfile;
 
 use crate::plan::{Axes, Expected, Plan, PlannedAerial, PlannedTier, header};
 use crate::scene::{Scene, Tolerance};
-use crate::search::{AXES, Choice, Search, Trial, term_names};
+use crate::search::{AXES, Choice, Neighbors, Search, Trial, term_names};
 use crate::space::{Lattice, axes, coarsest, ranges};
 
 /// Share of the tolerance that the search aims at.
@@ -146,6 +146,17 @@ fn few(pool: &[Case]) -> impl Iterator<Item = &Case> {
     pool.iter().enumerate().filter_map(chosen)
 }
 
+/// A choice of the air and what it adds to the ones before.
+fn air_row(what: String, score: &Score, before: Option<&Score>, seconds: Option<f64>) -> Row {
+    Row {
+        what,
+        bytes: Some(0),
+        seconds,
+        delta_e: score.delta_e.p95 - before.map_or(0.0, |b| b.delta_e.p95),
+        luminance: score.luminance.p95 - before.map_or(0.0, |b| b.luminance.p95),
+    }
+}
+
 /// Leaves out of the air what cannot be seen: constituents, and every other wavelength.
 fn needed_air(scene: &Scene, profile: &AtmosphereProfile, pool: &[Case]) -> Result<Air> {
     let cases: Vec<Case> = few(pool).cloned().collect();
@@ -165,13 +176,6 @@ fn needed_air(scene: &Scene, profile: &AtmosphereProfile, pool: &[Case]) -> Resu
         score.delta_e.p95 <= share * scene.tolerance.delta_e
             && score.luminance.p95 <= share * scene.tolerance.luminance
     };
-    let row = |what, score: &Score, before: Option<&Score>, seconds| Row {
-        what,
-        bytes: Some(0),
-        seconds,
-        delta_e: score.delta_e.p95 - before.map_or(0.0, |b| b.delta_e.p95),
-        luminance: score.luminance.p95 - before.map_or(0.0, |b| b.luminance.p95),
-    };
     let (_, mut time) = measured(air.constituents, air.step_nm)?;
     let mut before: Option<Score> = None;
     // without air or haze there is no sky to ask for
@@ -186,13 +190,13 @@ fn needed_air(scene: &Scene, profile: &AtmosphereProfile, pool: &[Case]) -> Resu
             let saved = (time - took).max(0.0);
             let what = format!("without {}", switch.name);
             air.rows
-                .push(row(what, &found, before.as_ref(), Some(saved)));
+                .push(air_row(what, &found, before.as_ref(), Some(saved)));
             air.constituents = fewer;
             time = took;
             before = Some(found);
         } else {
             let what = format!("with {} (not chosen: without)", switch.name);
-            air.rows.push(row(what, &found, before.as_ref(), None));
+            air.rows.push(air_row(what, &found, before.as_ref(), None));
         }
     }
     let (found, took) = measured(air.constituents, STEPS_NM[1])?;
@@ -200,14 +204,14 @@ fn needed_air(scene: &Scene, profile: &AtmosphereProfile, pool: &[Case]) -> Resu
         let saved = (time - took).max(0.0);
         let what = format!("wavelengths every {} nm", STEPS_NM[1]);
         air.rows
-            .push(row(what, &found, before.as_ref(), Some(saved)));
+            .push(air_row(what, &found, before.as_ref(), Some(saved)));
         air.step_nm = STEPS_NM[1];
     } else {
         let what = format!(
             "wavelengths every {} nm (not chosen: {})",
             STEPS_NM[0], STEPS_NM[1]
         );
-        air.rows.push(row(what, &found, before.as_ref(), None));
+        air.rows.push(air_row(what, &found, before.as_ref(), None));
     }
     Ok(air)
 }
@@ -259,17 +263,12 @@ pub fn plan_scene(scene: &Scene, profile: &NamedProfile) -> Result<Planned> {
     let mut plan = draft(scene);
     let sample = placeholder(header(&plan, &truth, profile)?);
     let floor = formula_error(&truth, &sample, &pool)?;
-    let refused = |found: &Score, limit: &str| {
-        anyhow!(
-            "tolerance: expected at least CIEDE2000 {:.2} and luminance {:.4}, the best that can be reached here, found {} and {}; what limits it: {limit}",
-            (found.delta_e.p95 / AIM * 100.0).ceil() / 100.0,
-            (found.luminance.p95 / AIM * 1e4).ceil() / 1e4,
-            scene.tolerance.delta_e,
-            scene.tolerance.luminance,
-        )
-    };
     if floor.delta_e.p95 > aim.delta_e || floor.luminance.p95 > aim.luminance {
-        return Err(refused(&floor, "the formula, fitted to each sky by itself"));
+        return Err(refused(
+            scene,
+            &floor,
+            "the formula, fitted to each sky by itself",
+        ));
     }
     let air = needed_air(scene, &profile.profile, &pool)?;
     plan.constituents = names(air.constituents);
@@ -280,37 +279,17 @@ pub fn plan_scene(scene: &Scene, profile: &NamedProfile) -> Result<Planned> {
     let mut search = Search::new(lattice, &pool, scene.domain, aim, header, &|| ());
     let (best, broken) = search.run()?;
     let Some(broken) = broken else {
-        return Err(refused(&best.score, "the distance of the nodes"));
+        return Err(refused(scene, &best.score, "the distance of the nodes"));
     };
     let mut rows = air.rows;
     rows.extend(table_rows(&mut search, &best)?);
-    let Choice {
-        nodes: [altitude_km, turbidity, sun_zenith_deg],
-        terms,
-        storage,
-    } = best.choice.clone();
-    plan.grid = Axes {
-        altitude_km,
-        turbidity,
-        sun_zenith_deg,
-    };
-    plan.terms = term_names(&terms)?;
-    plan.storage = storage;
+    take(&mut plan, &best.choice)?;
     let lut = plan.bake_on(&search.lattice, &fitted, profile)?;
     let sky = UtmSky::new(lut)?;
     let found = score_of(&sky, &pool)?;
     let bytes = sky.lut().encode().len();
     plan.expected = expected(bytes, &found);
-    if let Some(budget) = scene.budget.bytes
-        && bytes > usize::try_from(budget)?
-    {
-        bail!(
-            "budget.bytes: expected at least {bytes} for CIEDE2000 {} and luminance {}, found {budget}; what limits it: {}",
-            scene.tolerance.delta_e,
-            scene.tolerance.luminance,
-            limit(&found, &aim),
-        );
-    }
+    check_bytes(scene, bytes, &found, &aim)?;
     let (tier, tier_rows) = tier(scene, &aim, &sky, &found, &pool)?;
     rows.extend(tier_rows);
     plan.tier = tier;
@@ -322,6 +301,42 @@ pub fn plan_scene(scene: &Scene, profile: &NamedProfile) -> Result<Planned> {
     // once more, for its header tells how it is drawn
     let lut = plan.bake_on(&search.lattice, &fitted, profile)?;
     plan.expected.bytes = lut.encode().len();
+    Ok(Planned {
+        lut,
+        plan,
+        aim,
+        rows,
+        removals: removals(broken),
+        default: default_table(scene, &pool)?,
+    })
+}
+
+/// Puts nodes, products and storage of a choice into a plan.
+fn take(plan: &mut Plan, choice: &Choice) -> Result<()> {
+    let [altitude_km, turbidity, sun_zenith_deg] = choice.nodes.clone();
+    plan.grid = Axes {
+        altitude_km,
+        turbidity,
+        sun_zenith_deg,
+    };
+    plan.terms = term_names(&choice.terms)?;
+    plan.storage = choice.storage;
+    Ok(())
+}
+
+/// A tolerance that cannot be met, and the best that can be reached.
+fn refused(scene: &Scene, found: &Score, limit: &str) -> anyhow::Error {
+    anyhow!(
+        "tolerance: expected at least CIEDE2000 {:.2} and luminance {:.4}, the best that can be reached here, found {} and {}; what limits it: {limit}",
+        (found.delta_e.p95 / AIM * 100.0).ceil() / 100.0,
+        (found.luminance.p95 / AIM * 1e4).ceil() / 1e4,
+        scene.tolerance.delta_e,
+        scene.tolerance.luminance,
+    )
+}
+
+/// What would break a plan, the least first.
+fn removals(broken: Neighbors) -> Vec<Removal> {
     let mut removals: Vec<Removal> = broken
         .into_iter()
         .map(|(edit, trial)| Removal {
@@ -333,14 +348,22 @@ pub fn plan_scene(scene: &Scene, profile: &NamedProfile) -> Result<Planned> {
         })
         .collect();
     removals.sort_by(|a, b| a.ratio.total_cmp(&b.ratio));
-    Ok(Planned {
-        lut,
-        plan,
-        aim,
-        rows,
-        removals,
-        default: default_table(scene, &pool)?,
-    })
+    removals
+}
+
+/// A budget of bytes that cannot be met.
+fn check_bytes(scene: &Scene, bytes: usize, found: &Score, aim: &Tolerance) -> Result<()> {
+    if let Some(budget) = scene.budget.bytes
+        && bytes > usize::try_from(budget)?
+    {
+        bail!(
+            "budget.bytes: expected at least {bytes} for CIEDE2000 {} and luminance {}, found {budget}; what limits it: {}",
+            scene.tolerance.delta_e,
+            scene.tolerance.luminance,
+            limit(found, aim),
+        );
+    }
+    Ok(())
 }
 
 /// Which of two errors is nearer to what is aimed at.

@@ -26,6 +26,30 @@ impl Planned {
             100.0 * found.luminance_p95,
             100.0 * plan.tolerance.luminance,
         )?;
+        self.axes(&mut out)?;
+        writeln!(out, "products        {}", plan.terms.join(" "))?;
+        writeln!(
+            out,
+            "air             {}; every {} nm",
+            plan.constituents.join(" "),
+            plan.wavelength_step_nm
+        )?;
+        writeln!(out, "tier            {}", plan.tier.name())?;
+        writeln!(
+            out,
+            "aerial          {}",
+            match plan.aerial {
+                PlannedAerial::None => "none: the air before the farthest object cannot be seen",
+                PlannedAerial::Default => "default",
+            }
+        )?;
+        self.choices(&mut out)?;
+        Ok(out)
+    }
+
+    /// Ranges and nodes.
+    fn axes(&self, out: &mut String) -> Result<()> {
+        let plan = &self.plan;
         for (name, domain, nodes) in [
             (
                 "altitude km",
@@ -48,22 +72,11 @@ impl Planned {
                 nodes.join(" ")
             )?;
         }
-        writeln!(out, "products        {}", plan.terms.join(" "))?;
-        writeln!(
-            out,
-            "air             {}; every {} nm",
-            plan.constituents.join(" "),
-            plan.wavelength_step_nm
-        )?;
-        writeln!(out, "tier            {}", plan.tier.name())?;
-        writeln!(
-            out,
-            "aerial          {}",
-            match plan.aerial {
-                PlannedAerial::None => "none: the air before the farthest object cannot be seen",
-                PlannedAerial::Default => "default",
-            }
-        )?;
+        Ok(())
+    }
+
+    /// What each choice saves and adds, what would break first, and the default table beside it.
+    fn choices(&self, out: &mut String) -> Result<()> {
         writeln!(
             out,
             "\n{:<52} {:>8} {:>8} {:>7} {:>8} {:>8}",
@@ -101,6 +114,6 @@ impl Planned {
                 100.0 * luminance
             )?;
         }
-        Ok(out)
+        Ok(())
     }
 }

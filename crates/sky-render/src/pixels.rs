@@ -16,6 +16,21 @@ pub enum Pixels {
     Linear(Vec<f32>),
 }
 
+/// Numbers as a GPU takes them.
+#[must_use]
+pub fn bytes_of(numbers: &[f32]) -> Vec<u8> {
+    numbers.iter().flat_map(|v| v.to_le_bytes()).collect()
+}
+
+/// Numbers as a GPU gives them.
+#[must_use]
+pub fn floats_of(bytes: &[u8]) -> Vec<f32> {
+    bytes
+        .chunks_exact(4)
+        .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+        .collect()
+}
+
 /// Light as a picture for a tone curve; `None` leaves it linear. `width` is that of the picture.
 #[must_use]
 pub fn developed(lights: Vec<[f32; 3]>, width: u32, tone: Option<Tone>, exposure: f32) -> Pixels {

@@ -4,8 +4,11 @@ use anyhow::Result;
 use glam::Mat4;
 use sky_core::conditions::Conditions;
 use sky_gpu::headless::Headless;
-use sky_science::shader_sky::{SHADER_HEADER, SHADER_UNIFORMS, ShaderSky, ShaderTexture};
+use sky_science::shader_sky::{
+    SHADER_HEADER, SHADER_UNIFORMS, ShaderFrame, ShaderSky, ShaderTexture,
+};
 
+use crate::pixels::bytes_of;
 use crate::stage::Draw;
 
 /// Brings the light of a sky by day into the range of 16-bit floats: what [`published`] draws is
@@ -48,36 +51,56 @@ pub fn published(
     format: wgpu::TextureFormat,
 ) -> Result<Draw<'static>> {
     let device = &gpu.device;
-    let frame = sky.shader_frame(conditions)?;
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some(sky.name()),
-        source: wgpu::ShaderSource::Wgsl(format!("{SHADER_HEADER}{}{AROUND}", sky.shader()).into()),
-    });
-    let buffer = |bytes: &[u8]| {
-        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some(sky.name()),
-            size: bytes.len() as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        gpu.queue.write_buffer(&buffer, 0, bytes);
-        buffer
-    };
-    let floats = |values: &mut dyn Iterator<Item = f32>| -> Vec<u8> {
-        values.flat_map(f32::to_le_bytes).collect()
-    };
-    let mut uniforms = frame.uniforms.clone();
+    let ShaderFrame {
+        mut uniforms,
+        texture,
+    } = sky.shader_frame(conditions)?;
     uniforms.resize(SHADER_UNIFORMS, [0.0; 4]);
-    let uniforms = buffer(&floats(&mut uniforms.into_iter().flatten()));
-    let matrix = clip_to_local.to_cols_array();
-    let matrix = buffer(&floats(&mut matrix.into_iter()));
-    let texture = frame.texture.unwrap_or_else(|| ShaderTexture {
-        width: 1,
-        height: 1,
-        texels: vec![[0.0; 4]],
+    let uniforms = uniform_buffer(gpu, uniforms.as_flattened());
+    let matrix = uniform_buffer(gpu, &clip_to_local.to_cols_array());
+    let texture = upload(
+        gpu,
+        texture.unwrap_or_else(|| ShaderTexture {
+            width: 1,
+            height: 1,
+            texels: vec![[0.0; 4]],
+        }),
+    );
+    let layouts = layouts(device);
+    let model_group = model_group(device, &layouts[0], &uniforms, &texture);
+    let stage_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("stage"),
+        layout: &layouts[1],
+        entries: &[wgpu::BindGroupEntry {
+            binding: 0,
+            resource: matrix.as_entire_binding(),
+        }],
     });
-    let target = device.create_texture(&wgpu::TextureDescriptor {
-        label: Some(sky.name()),
+    let pipeline = pipeline(device, sky, &layouts, format);
+    Ok(Box::new(move |pass| {
+        pass.set_pipeline(&pipeline);
+        pass.set_bind_group(0, &model_group, &[]);
+        pass.set_bind_group(1, &stage_group, &[]);
+        pass.draw(0..3, 0..1);
+    }))
+}
+
+fn uniform_buffer(gpu: &Headless, numbers: &[f32]) -> wgpu::Buffer {
+    let bytes = bytes_of(numbers);
+    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("published sky"),
+        size: bytes.len() as u64,
+        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    gpu.queue.write_buffer(&buffer, 0, &bytes);
+    buffer
+}
+
+/// The model's texture in half precision, as every GPU filters it.
+fn upload(gpu: &Headless, texture: ShaderTexture) -> wgpu::Texture {
+    let target = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("published sky"),
         size: wgpu::Extent3d {
             width: texture.width,
             height: texture.height,
@@ -106,51 +129,67 @@ pub fn published(
         },
         target.size(),
     );
-    let uniform = |binding| wgpu::BindGroupLayoutEntry {
+    target
+}
+
+/// Groups 0 and 1: the model's, as the shaders' header has it, and the stage's.
+fn layouts(device: &wgpu::Device) -> [wgpu::BindGroupLayout; 2] {
+    let entry = |binding, visibility, ty| wgpu::BindGroupLayoutEntry {
         binding,
-        visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
-        ty: wgpu::BindingType::Buffer {
+        visibility,
+        ty,
+        count: None,
+    };
+    let uniform = entry(
+        0,
+        wgpu::ShaderStages::VERTEX_FRAGMENT,
+        wgpu::BindingType::Buffer {
             ty: wgpu::BufferBindingType::Uniform,
             has_dynamic_offset: false,
             min_binding_size: None,
         },
-        count: None,
+    );
+    let texture = entry(
+        1,
+        wgpu::ShaderStages::FRAGMENT,
+        wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Float { filterable: true },
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        },
+    );
+    let sampler = entry(
+        2,
+        wgpu::ShaderStages::FRAGMENT,
+        wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+    );
+    let layout = |label, entries: &[wgpu::BindGroupLayoutEntry]| {
+        device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some(label),
+            entries,
+        })
     };
-    let model_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some(sky.name()),
-        entries: &[
-            uniform(0),
-            wgpu::BindGroupLayoutEntry {
-                binding: 1,
-                visibility: wgpu::ShaderStages::FRAGMENT,
-                ty: wgpu::BindingType::Texture {
-                    sample_type: wgpu::TextureSampleType::Float { filterable: true },
-                    view_dimension: wgpu::TextureViewDimension::D2,
-                    multisampled: false,
-                },
-                count: None,
-            },
-            wgpu::BindGroupLayoutEntry {
-                binding: 2,
-                visibility: wgpu::ShaderStages::FRAGMENT,
-                ty: wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
-                count: None,
-            },
-        ],
-    });
-    let stage_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("stage"),
-        entries: &[uniform(0)],
-    });
-    let view = target.create_view(&wgpu::TextureViewDescriptor::default());
+    [
+        layout("published sky", &[uniform, texture, sampler]),
+        layout("stage", &[uniform]),
+    ]
+}
+
+fn model_group(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    uniforms: &wgpu::Buffer,
+    texture: &wgpu::Texture,
+) -> wgpu::BindGroup {
+    let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
     let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
         mag_filter: wgpu::FilterMode::Linear,
         min_filter: wgpu::FilterMode::Linear,
         ..wgpu::SamplerDescriptor::default()
     });
-    let model_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some(sky.name()),
-        layout: &model_layout,
+    device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("published sky"),
+        layout,
         entries: &[
             wgpu::BindGroupEntry {
                 binding: 0,
@@ -165,21 +204,25 @@ pub fn published(
                 resource: wgpu::BindingResource::Sampler(&sampler),
             },
         ],
-    });
-    let stage_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some("stage"),
-        layout: &stage_layout,
-        entries: &[wgpu::BindGroupEntry {
-            binding: 0,
-            resource: matrix.as_entire_binding(),
-        }],
+    })
+}
+
+fn pipeline(
+    device: &wgpu::Device,
+    sky: &dyn ShaderSky,
+    layouts: &[wgpu::BindGroupLayout; 2],
+    format: wgpu::TextureFormat,
+) -> wgpu::RenderPipeline {
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some(sky.name()),
+        source: wgpu::ShaderSource::Wgsl(format!("{SHADER_HEADER}{}{AROUND}", sky.shader()).into()),
     });
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some(sky.name()),
-        bind_group_layouts: &[Some(&model_layout), Some(&stage_layout)],
+        bind_group_layouts: &layouts.each_ref().map(Some),
         immediate_size: 0,
     });
-    let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(sky.name()),
         layout: Some(&layout),
         vertex: wgpu::VertexState {
@@ -199,11 +242,5 @@ pub fn published(
         }),
         multiview_mask: None,
         cache: None,
-    });
-    Ok(Box::new(move |pass| {
-        pass.set_pipeline(&pipeline);
-        pass.set_bind_group(0, &model_group, &[]);
-        pass.set_bind_group(1, &stage_group, &[]);
-        pass.draw(0..3, 0..1);
-    }))
+    })
 }

@@ -14,7 +14,7 @@ use sky_gpu::headless::{Headless, check_size};
 use sky_gpu::{Camera, Dome, Exposure, Projection, SkyFrame, SkyRenderer, Tier, auto_ev100};
 
 use crate::camera::{clip, world_direction};
-use crate::pixels::{Pixels, developed};
+use crate::pixels::{Pixels, bytes_of, developed, floats_of};
 use crate::sun_disc::spread_sun;
 use crate::terrain::{SceneBuffers, terrain};
 
@@ -217,10 +217,9 @@ impl Painter {
                     .collect(),
             )
         } else {
-            let number = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
-            let mut lights: Vec<f32> = bytes
-                .chunks_exact(16)
-                .flat_map(|p| [number(&p[..4]), number(&p[4..8]), number(&p[8..12])])
+            let mut lights: Vec<f32> = floats_of(&bytes)
+                .chunks_exact(4)
+                .flat_map(|p| [p[0], p[1], p[2]])
                 .collect();
             if shot.spreads_sun() {
                 let whole = Picture::new(&self.sky, &shot.conditions, GROUND_ALBEDO)?;
@@ -255,13 +254,15 @@ pub fn bind_scene(
         );
         Ok(texture.create_view(&wgpu::TextureViewDescriptor::default()))
     };
-    let bytes = |values: &[f32]| {
-        values
-            .iter()
-            .flat_map(|v| v.to_le_bytes())
-            .collect::<Vec<_>>()
-    };
-    let color = upload(wgpu::TextureFormat::Rgba32Float, &bytes(&scene.light), 16)?;
-    let depth = upload(wgpu::TextureFormat::R32Float, &bytes(&scene.distance_km), 4)?;
+    let color = upload(
+        wgpu::TextureFormat::Rgba32Float,
+        &bytes_of(&scene.light),
+        16,
+    )?;
+    let depth = upload(
+        wgpu::TextureFormat::R32Float,
+        &bytes_of(&scene.distance_km),
+        4,
+    )?;
     Ok(renderer.scene(&gpu.device, &color, &depth))
 }

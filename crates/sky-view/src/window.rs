@@ -247,12 +247,7 @@ impl App {
             self.last_frame = None;
             return Ok(false);
         };
-        let now = Instant::now();
-        let passed = self.last_frame.replace(now).map_or(0.0, |last| {
-            let seconds = (now - last).as_secs_f64();
-            mean(&mut self.status.times_ms[0], 1e3 * seconds);
-            seconds.min(LONGEST_STEP_S)
-        });
+        let passed = passed(&mut self.last_frame, &mut self.status);
         let controls = &mut self.controls;
         if !controls.paused {
             controls.flight.step(self.keys, passed);
@@ -290,17 +285,7 @@ impl App {
         }
         painter.set_camera(&camera);
 
-        let context = input.egui_ctx().clone();
-        let output = context.run_ui(input.take_egui_input(window), |ui| {
-            panel::show(ui.ctx(), controls, &self.status);
-        });
-        input.handle_platform_output(window, output.platform_output);
-        let overlay = Overlay {
-            primitives: context.tessellate(output.shapes, output.pixels_per_point),
-            textures: output.textures_delta,
-            pixels_per_point: output.pixels_per_point,
-        };
-
+        let overlay = overlay(input, window, controls, &self.status);
         let size = [target.texture.width(), target.texture.height()];
         let target_view = target
             .texture
@@ -317,9 +302,24 @@ impl App {
         painter.screen.present(target);
         self.frames_drawn += 1;
 
-        let is_asked = std::mem::take(&mut controls.screenshot);
+        self.keep_picture(size, &view, layers, is_last)?;
+        Ok(true)
+    }
+
+    /// After a frame: its picture where one was asked for, and the end of the device for tests.
+    fn keep_picture(
+        &mut self,
+        size: [u32; 2],
+        view: &View,
+        layers: Layers,
+        is_last: bool,
+    ) -> Result<()> {
+        let Some(painter) = self.stage.as_mut().and_then(|s| s.painter.as_mut()) else {
+            return Ok(());
+        };
+        let is_asked = std::mem::take(&mut self.controls.screenshot);
         if is_asked || is_last {
-            let pixels = screenshot(painter, size, &view, layers)?;
+            let pixels = screenshot(painter, size, view, layers)?;
             let picture = Picture { pixels, size };
             if is_asked {
                 self.status.screenshot = Some((self.keep)(&picture));
@@ -330,7 +330,7 @@ impl App {
             self.lose_device_after = None;
             painter.screen.gpu.device.destroy();
         }
-        Ok(true)
+        Ok(())
     }
 
     fn key(&mut self, code: KeyCode, is_down: bool) {
@@ -347,6 +347,16 @@ impl App {
             KeyCode::Tab if is_down => self.controls.panel = !self.controls.panel,
             _ => {}
         }
+    }
+
+    /// The pointer has moved; while it drags, the look turns.
+    fn point(&mut self, to: [f64; 2]) {
+        if self.is_dragging {
+            let [right, down] = [to[0] - self.pointer[0], to[1] - self.pointer[1]];
+            let flight = &mut self.controls.flight;
+            flight.turn(DEGREES_PER_PIXEL * right, -DEGREES_PER_PIXEL * down);
+        }
+        self.pointer = to;
     }
 
     fn handle(&mut self, events: &ActiveEventLoop, event: &WindowEvent) -> Result<()> {
@@ -396,13 +406,7 @@ impl App {
                 }
             }
             WindowEvent::CursorMoved { position, .. } => {
-                let to = [position.x, position.y];
-                if self.is_dragging {
-                    let [right, down] = [to[0] - self.pointer[0], to[1] - self.pointer[1]];
-                    let flight = &mut self.controls.flight;
-                    flight.turn(DEGREES_PER_PIXEL * right, -DEGREES_PER_PIXEL * down);
-                }
-                self.pointer = to;
+                self.point([position.x, position.y]);
             }
             WindowEvent::MouseWheel { delta, .. } if !is_taken => {
                 let notches = match delta {
@@ -417,12 +421,41 @@ impl App {
     }
 }
 
+/// The panel's triangles, after what is set there was taken.
+fn overlay(
+    input: &mut egui_winit::State,
+    window: &Window,
+    controls: &mut Controls,
+    status: &Status,
+) -> Overlay {
+    let context = input.egui_ctx().clone();
+    let output = context.run_ui(input.take_egui_input(window), |ui| {
+        panel::show(ui.ctx(), controls, status);
+    });
+    input.handle_platform_output(window, output.platform_output);
+    Overlay {
+        primitives: context.tessellate(output.shapes, output.pixels_per_point),
+        textures: output.textures_delta,
+        pixels_per_point: output.pixels_per_point,
+    }
+}
+
 const fn is_movement(code: KeyCode) -> bool {
     !matches!(code, KeyCode::KeyP | KeyCode::F12 | KeyCode::Tab)
 }
 
 fn is_lost(error: &anyhow::Error) -> bool {
     matches!(error.downcast_ref(), Some(ScreenError::Lost))
+}
+
+/// Seconds since the last frame, which go into its mean.
+fn passed(last_frame: &mut Option<Instant>, status: &mut Status) -> f64 {
+    let now = Instant::now();
+    last_frame.replace(now).map_or(0.0, |last| {
+        let seconds = (now - last).as_secs_f64();
+        mean(&mut status.times_ms[0], 1e3 * seconds);
+        seconds.min(LONGEST_STEP_S)
+    })
 }
 
 /// A running mean.

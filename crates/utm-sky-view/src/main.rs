@@ -120,34 +120,13 @@ fn controls(args: &ViewArgs, header: &LutHeader) -> Result<Controls> {
         .haze
         .haze(args.angstrom_alpha)
         .unwrap_or_else(|| Haze::Turbidity(inside(2.5, domain.turbidity)));
-    let sun_zenith_deg = args
-        .sun_zenith_deg
-        .or(args.sun_elevation_deg.map(|up| 90.0 - up))
-        .unwrap_or_else(|| inside(60.0, domain.sun_zenith_deg));
     let depth = haze.optical_depth_500().map_err(|e| anyhow!("haze: {e}"))?;
     let haze = match haze {
         Haze::Turbidity(value) => (HazeWord::Turbidity, value),
         Haze::VisualRange(range) => (HazeWord::VisualRange, range.km()),
         Haze::OpticalDepth500(_) | Haze::Angstrom { .. } => (HazeWord::OpticalDepth, depth),
     };
-    let sun = match (args.date, args.place) {
-        (Some(date), Some([latitude, longitude])) => Sun::Clock {
-            time: UtcTime {
-                hours: args.utc_h,
-                ..date
-            },
-            place: GeoPlace {
-                latitude: Angle::from_degrees(latitude),
-                longitude: Angle::from_degrees(longitude),
-                altitude: Length::ZERO,
-            },
-            hours_per_s: 0.0,
-        },
-        _ => Sun::Angles(SunPosition {
-            zenith: Angle::from_degrees(sun_zenith_deg),
-            azimuth: Angle::from_degrees(args.sun_azimuth_deg.rem_euclid(360.0)),
-        }),
-    };
+    let sun = sun(args, inside(60.0, domain.sun_zenith_deg));
     let toward_sun = sun.position()?.azimuth.degrees();
     Ok(Controls {
         flight: Flight {
@@ -175,4 +154,28 @@ fn controls(args: &ViewArgs, header: &LutHeader) -> Result<Controls> {
         panel: true,
         screenshot: false,
     })
+}
+
+/// The sun of the arguments; where they leave it open, `zenith_deg` from the zenith.
+fn sun(args: &ViewArgs, zenith_deg: f64) -> Sun {
+    let up = args.sun_elevation_deg;
+    let asked = args.sun_zenith_deg.or(up.map(|up| 90.0 - up));
+    match (args.date, args.place) {
+        (Some(date), Some([latitude, longitude])) => Sun::Clock {
+            time: UtcTime {
+                hours: args.utc_h,
+                ..date
+            },
+            place: GeoPlace {
+                latitude: Angle::from_degrees(latitude),
+                longitude: Angle::from_degrees(longitude),
+                altitude: Length::ZERO,
+            },
+            hours_per_s: 0.0,
+        },
+        _ => Sun::Angles(SunPosition {
+            zenith: Angle::from_degrees(asked.unwrap_or(zenith_deg)),
+            azimuth: Angle::from_degrees(args.sun_azimuth_deg.rem_euclid(360.0)),
+        }),
+    }
 }

@@ -15,6 +15,7 @@ use sky_eval::atlas::subject::chosen;
 use sky_eval::progress::Progress as _;
 use sky_gpu::headless::Headless;
 use sky_gpu::{Camera, Exposure, Projection, SkyFrame, SkyRenderer, Tier};
+use sky_render::pixels::floats_of;
 use sky_render::{clip, facing, world_direction};
 
 use crate::io::files::{OutputFile, create_directory, print};
@@ -134,17 +135,11 @@ fn panoramas(
         let [width, height] = SIZE;
         let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
         let pixels = places
-            .zip(bytes.chunks_exact(16))
+            .zip(floats_of(&bytes).chunks_exact(4))
             .filter_map(|((x, y), pixel)| {
                 let world = camera.direction(clip([x, y], SIZE))?;
-                let number = |c: usize| {
-                    let b = &pixel[4 * c..4 * c + 4];
-                    f32::from_le_bytes([b[0], b[1], b[2], b[3]])
-                };
-                Some((
-                    axes.map(|axis| axis.dot(world)),
-                    core::array::from_fn(number),
-                ))
+                let local = axes.map(|axis| axis.dot(world));
+                Some((local, [pixel[0], pixel[1], pixel[2]]))
             })
             .collect();
         Ok(Some(Panorama { conditions, pixels }))

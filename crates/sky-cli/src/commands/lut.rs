@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::{Args, Subcommand};
 use sky_core::axis::Axis;
-use sky_core::lut::{ErrorQuantiles, Lut};
+use sky_core::lut::{ErrorQuantiles, FitStatistics, Lut};
 
 use crate::args::{LutSource, lut_source};
 use crate::io::files::{OutputFile, print};
@@ -100,23 +100,32 @@ fn info(name: &str, lut: &Lut) -> String {
             );
         }
     }
-    row(
-        "below horizontal",
-        format_args!(
-            "{}",
-            if h.domain.below_horizontal {
-                "valid down to the geometric horizon"
-            } else {
-                "not valid"
-            }
-        ),
-    );
+    let below = if h.domain.below_horizontal {
+        "valid down to the geometric horizon"
+    } else {
+        "not valid"
+    };
+    row("below horizontal", format_args!("{below}"));
     row("channels", format_args!("{}", h.channels.join(" ")));
     row("terms", format_args!("{}", h.terms.join(" ")));
     row("profile", format_args!("{}", h.profile_name));
     row("profile SHA-256", format_args!("{}", h.profile_sha256));
     row("engine", format_args!("{}", h.engine));
     row("made by", format_args!("{}", h.generator));
+    let [luminance, colors] = fit(&h.fit);
+    row("fit to the maps", format_args!("luminance: {luminance}"));
+    row("", format_args!("CIEDE2000: {colors}"));
+    for (i, (key, value)) in h.settings.iter().enumerate() {
+        row(
+            if i == 0 { "settings" } else { "" },
+            format_args!("{key} = {value}"),
+        );
+    }
+    out
+}
+
+/// Errors of luminance and color, in words.
+fn fit(fit: &FitStatistics) -> [String; 2] {
     let quantiles = |q: &ErrorQuantiles, scale: f64, unit: &str| {
         format!(
             "median {:.2}{unit}, 95 % below {:.2}{unit}, largest {:.2}{unit}",
@@ -125,24 +134,10 @@ fn info(name: &str, lut: &Lut) -> String {
             scale * q.max
         )
     };
-    row(
-        "fit to the maps",
-        format_args!(
-            "luminance: {}",
-            quantiles(&h.fit.luminance_relative_error, 100.0, " %")
-        ),
-    );
-    row(
-        "",
-        format_args!("CIEDE2000: {}", quantiles(&h.fit.delta_e_2000, 1.0, "")),
-    );
-    for (i, (key, value)) in h.settings.iter().enumerate() {
-        row(
-            if i == 0 { "settings" } else { "" },
-            format_args!("{key} = {value}"),
-        );
-    }
-    out
+    [
+        quantiles(&fit.luminance_relative_error, 100.0, " %"),
+        quantiles(&fit.delta_e_2000, 1.0, ""),
+    ]
 }
 
 /// The unit behind a list of nodes; nothing for a pure number.

@@ -182,14 +182,14 @@ impl ViewCli {
     }
 }
 
-/// Starts the window with the arguments of this program, which have been checked.
+/// Starts the window with arguments that have been checked: those behind the word `view`.
 ///
 /// # Errors
 /// When the window's program is not there or cannot be started.
-pub fn run() -> Result<ExitCode> {
+pub fn run(args: &[OsString]) -> Result<ExitCode> {
     let here = env::current_exe()?;
     let mut command = window(&here, &|name| env::var_os(name))?;
-    command.args(env::args_os().skip(2));
+    command.args(args);
     if let Some([name, value]) = sockets() {
         command.env(name, value);
     }
@@ -210,7 +210,7 @@ fn window(here: &Path, environment: &dyn Fn(&str) -> Option<OsString>) -> Result
         let manifest = Path::new(&manifest).with_file_name(PACKAGE);
         let mut command = Command::new(cargo);
         command
-            .args(["run", "--quiet", "--manifest-path"])
+            .args(["run", "--manifest-path"])
             .arg(manifest.join("Cargo.toml"));
         if here
             .parent()

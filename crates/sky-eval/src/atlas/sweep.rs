@@ -267,6 +267,36 @@ impl Subject {
     }
 }
 
+/// Lengths of paths in a direction \[km\], as far as they and their neighbors meet no ground.
+fn path_distances(zenith_deg: f64, altitude_km: f64, rays: [[f32; 3]; 3]) -> Vec<f64> {
+    let mut distances = vec![0.0, 1e-3, 0.03, 0.5, 3.0, 20.0, 100.0, 400.0, 1000.0];
+    if zenith_deg > 90.0 {
+        // where the path is back at the observer's altitude
+        let cosine = Angle::from_degrees(zenith_deg).radians().cos();
+        distances.push(-2.0 * (EARTH_RADIUS_KM + altitude_km) * cosine);
+    }
+    distances.retain(|d| *d <= 1000.0);
+    distances.sort_by(f64::total_cmp);
+    distances.retain(|distance| {
+        rays.iter()
+            .all(|ray| !path_meets_ground(single(altitude_km), *ray, single(*distance)))
+    });
+    distances
+}
+
+/// How far transmittances are from what they can be: a share, not more than nearer, and all of it
+/// without a path.
+fn transmittance_error(found: [f32; 4], nearer: [f32; 4], distance_km: f64) -> f32 {
+    found
+        .iter()
+        .zip(nearer)
+        .map(|(t, nearer)| {
+            let full = if distance_km > 0.0 { 0.0 } else { 1.0 - t };
+            (t - nearer).max(-t).max(full)
+        })
+        .fold(0.0, f32::max)
+}
+
 /// Sweeps a model. `done` is told of each of [`columns`].
 fn sweep(subject: &Subject, density: Density, done: &(dyn Fn() + Sync)) -> Findings {
     let sweeper = Sweeper {
@@ -748,38 +778,25 @@ impl Sweeper<'_> {
         let domain = self.subject.model().domain();
         let ground = conditions(domain.altitude_km[0], turbidity, sun);
         let inside = domain.check(&ground).is_ok();
-        let air = match AerialFrame::new(sky, turbidity, ground.sun_zenith) {
-            Ok(air) => air,
-            Err(_) => {
-                let place = || Place {
-                    conditions: ground,
-                    direction: SkyDirection::from_degrees(90.0, 0.0),
-                    with: With::Path(1.0),
-                };
-                let kind = if inside {
-                    Kind::RefusedInside
-                } else {
-                    Kind::SilentOutside
-                };
-                let score = f64::from(u8::from(inside));
-                findings
-                    .tallies
-                    .record(self.subject.arithmetic, kind, inside, score, place);
-                return;
-            }
-        };
-        if !inside {
+        let air = AerialFrame::new(sky, turbidity, ground.sun_zenith);
+        let (true, Ok(air)) = (inside, &air) else {
+            let kind = if inside {
+                Kind::RefusedInside
+            } else {
+                Kind::SilentOutside
+            };
             let place = || Place {
                 conditions: ground,
                 direction: SkyDirection::from_degrees(90.0, 0.0),
                 with: With::Path(1.0),
             };
-            let kind = Kind::SilentOutside;
+            // wrong is no answer inside, and an answer outside
+            let score = f64::from(u8::from(inside || air.is_ok()));
             findings
                 .tallies
-                .record(self.subject.arithmetic, kind, false, 1.0, place);
+                .record(self.subject.arithmetic, kind, inside, score, place);
             return;
-        }
+        };
         let n = f64::from(self.density.between);
         let mut altitudes = vec![0.0, 0.002, 0.3, 1.0, 5.5, 12.0, 30.0];
         altitudes.extend((0..self.density.between).map(|i| 30.0 * (f64::from(i) + 0.5) / n));
@@ -802,7 +819,7 @@ impl Sweeper<'_> {
             for zenith in zeniths {
                 for azimuth in [0.0, 70.0, 180.0] {
                     let here = conditions(altitude, turbidity, sun);
-                    self.paths_along(findings, &air, &here, [zenith, azimuth]);
+                    self.paths_along(findings, air, &here, [zenith, azimuth]);
                 }
             }
         }
@@ -822,21 +839,8 @@ impl Sweeper<'_> {
         let mirrored = SkyDirection::from_degrees(zenith, -azimuth).unit_vector();
         let sides = [STEP_DEG, -STEP_DEG]
             .map(|step| SkyDirection::from_degrees(zenith + step, azimuth).unit_vector());
-        let mut distances = vec![0.0, 1e-3, 0.03, 0.5, 3.0, 20.0, 100.0, 400.0, 1000.0];
-        if zenith > 90.0 {
-            // where the path is back at the observer's altitude
-            let cosine = direction.view_zenith.radians().cos();
-            distances.push(-2.0 * (EARTH_RADIUS_KM + altitude) * cosine);
-        }
-        distances.retain(|d| *d <= 1000.0);
-        distances.sort_by(f64::total_cmp);
         let height = single(altitude);
-        let clear = |distance: &f64| {
-            [toward, sides[0], sides[1]]
-                .iter()
-                .all(|d| !path_meets_ground(height, *d, single(*distance)))
-        };
-        distances.retain(clear);
+        let distances = path_distances(zenith, altitude, [toward, sides[0], sides[1]]);
         let light_at = |direction, distance: f64| {
             luminance_of(air.path(height, direction, single(distance)).inscatter)
         };
@@ -877,16 +881,7 @@ impl Sweeper<'_> {
             if finite {
                 let least = path.inscatter.iter().copied().fold(f32::INFINITY, f32::min);
                 bits |= record(Kind::PathNegative, f64::from(-least));
-                // a share, not more than nearer, and all of it without a path
-                let wrong = path
-                    .transmittance
-                    .iter()
-                    .zip(last)
-                    .map(|(t, last)| {
-                        let full = if distance > 0.0 { 0.0 } else { 1.0 - t };
-                        (t - last).max(-t).max(full)
-                    })
-                    .fold(0.0, f32::max);
+                let wrong = transmittance_error(path.transmittance, last, distance);
                 let light = luminance_of(path.inscatter);
                 let unlit = if distance > 0.0 { 0.0 } else { light };
                 bits |= record(Kind::PathTransmittance, f64::from(wrong).max(unlit));

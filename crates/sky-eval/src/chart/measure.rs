@@ -94,8 +94,15 @@ pub fn rows(
     Ok(rows)
 }
 
+/// A light of the truth and what a model has in its place.
+struct Light<'a> {
+    case: &'a Case,
+    direction: SkyDirection,
+    truth: Yxy,
+    found: Yxy,
+}
+
 fn measure_errors(sky: &dyn SkyModel, cases: &[Case], model: &Model) -> Vec<Option<Errors>> {
-    // conditions, direction, truth, answer, white of the case
     let mut lights = Vec::new();
     let mut asked = [0_u32; REGIMES.len()];
     for case in cases {
@@ -106,59 +113,73 @@ fn measure_errors(sky: &dyn SkyModel, cases: &[Case], model: &Model) -> Vec<Opti
             }
             let answered = answers(sky.domain(), &case.conditions, direction);
             if let Some(map) = map.as_ref().filter(|_| answered) {
-                lights.push((case, *direction, *truth, map[i]));
+                lights.push(Light {
+                    case,
+                    direction: *direction,
+                    truth: *truth,
+                    found: map[i],
+                });
             }
         }
     }
     // one factor for all lights, the median of their ratios
     let ratios: Vec<f64> = lights
         .iter()
-        .map(|(_, _, t, f)| t.luminance_cd_m2 / f.luminance_cd_m2)
+        .map(|light| light.truth.luminance_cd_m2 / light.found.luminance_cd_m2)
         .filter(|r| r.is_finite() && *r > 0.0)
         .collect();
     let factor = Statistics::of(&ratios).map_or(1.0, |s| s.median);
-    let p95 = |values: &[f64]| Statistics::of(values).map_or(f64::NAN, |s| s.p95);
     REGIMES
         .iter()
         .zip(asked)
         .map(|((_, inside), asked)| {
-            let (mut delta_e, mut relative, mut scaled) = (Vec::new(), Vec::new(), Vec::new());
-            let (mut squares, mut failures, mut count) = (0.0, 0.0, 0.0);
-            for (case, direction, truth, found) in &lights {
-                if !inside(&case.conditions, direction) {
-                    continue;
-                }
-                count += 1.0;
-                let y = found.luminance_cd_m2;
-                if !(y.is_finite() && y >= 0.0 && found.x >= 0.0 && found.y >= 0.0) {
-                    failures += 1.0;
-                }
-                let shown = if model.luminance_only() {
-                    Yxy {
-                        luminance_cd_m2: y,
-                        ..*truth
-                    }
-                } else {
-                    *found
-                };
-                delta_e.push(ciede2000_of_lights(shown, *truth, case.white));
-                relative.push((y / truth.luminance_cd_m2 - 1.0).abs());
-                scaled.push((factor * y / truth.luminance_cd_m2 - 1.0).abs());
-                let radiance = 1e3 * (y - truth.luminance_cd_m2)
-                    / (LUMINOUS_EFFICACY_LM_PER_W * EFFICIENCY_WIDTH_NM);
-                squares += radiance * radiance;
-            }
-            let median = Statistics::of(&delta_e)?.median;
-            Some(Errors {
-                valid_share: count / f64::from(asked).max(1.0),
-                delta_e: [median, p95(&delta_e)],
-                luminance_p95: p95(&relative),
-                rmse: (squares / f64::max(count, 1.0)).sqrt(),
-                scaled_p95: p95(&scaled),
-                failures: failures / f64::max(count, 1.0),
-            })
+            let here: Vec<&Light<'_>> = lights
+                .iter()
+                .filter(|light| inside(&light.case.conditions, &light.direction))
+                .collect();
+            errors(&here, asked, factor, model.luminance_only())
         })
         .collect()
+}
+
+/// Errors over some lights, of those that were asked for; `None` without lights.
+fn errors(lights: &[&Light<'_>], asked: u32, factor: f64, luminance_only: bool) -> Option<Errors> {
+    let (mut delta_e, mut relative, mut scaled) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut squares, mut failures, mut count) = (0.0, 0.0, 0.0);
+    for Light {
+        case, truth, found, ..
+    } in lights
+    {
+        count += 1.0;
+        let y = found.luminance_cd_m2;
+        if !(y.is_finite() && y >= 0.0 && found.x >= 0.0 && found.y >= 0.0) {
+            failures += 1.0;
+        }
+        let shown = if luminance_only {
+            Yxy {
+                luminance_cd_m2: y,
+                ..*truth
+            }
+        } else {
+            *found
+        };
+        delta_e.push(ciede2000_of_lights(shown, *truth, case.white));
+        relative.push((y / truth.luminance_cd_m2 - 1.0).abs());
+        scaled.push((factor * y / truth.luminance_cd_m2 - 1.0).abs());
+        let radiance =
+            1e3 * (y - truth.luminance_cd_m2) / (LUMINOUS_EFFICACY_LM_PER_W * EFFICIENCY_WIDTH_NM);
+        squares += radiance * radiance;
+    }
+    let p95 = |values: &[f64]| Statistics::of(values).map_or(f64::NAN, |s| s.p95);
+    let median = Statistics::of(&delta_e)?.median;
+    Some(Errors {
+        valid_share: count / f64::from(asked).max(1.0),
+        delta_e: [median, p95(&delta_e)],
+        luminance_p95: p95(&relative),
+        rmse: (squares / f64::max(count, 1.0)).sqrt(),
+        scaled_p95: p95(&scaled),
+        failures: failures / f64::max(count, 1.0),
+    })
 }
 
 fn time_on_cpu(model: &Model, opened: &Opened, conditions: &Conditions) -> Result<Costs> {

@@ -226,6 +226,9 @@ pub fn beside(rows: &[Row]) -> Vec<Beside> {
 }
 
 /// The same for the terminal, and where the default tier is beaten.
+///
+/// # Errors
+/// Never: a text takes everything.
 pub fn beside_text(rows: &[Row], beside: &[Beside]) -> Result<String> {
     let Some(ours) = rows.iter().find(|row| row.model.name == DEFAULT_TIER) else {
         return Ok(String::new());

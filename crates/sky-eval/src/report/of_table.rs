@@ -4,6 +4,7 @@ use anyhow::Result;
 use sky_core::axis::Axis;
 use sky_core::color::Yxy;
 use sky_core::lut::{Lut, LutHeader};
+use sky_fit::problem::ChannelFit;
 use sky_fit::sweep::{Grid, NodeFit, SkyMap, Sweep};
 use sky_science::sky_model::SkyModel as _;
 use sky_science::table_sky::TableSky;
@@ -37,80 +38,30 @@ pub fn of_table(
         Some(sweep) => (sweep.maps, sweep.nodes),
         None => (node_maps(truth, &header, progress)?, Vec::new()),
     };
-    progress.begin("report: the report's own table", None);
-    let (seed, _) = bake(
-        truth,
-        &Grid::report()?,
-        profile,
-        truth.extinction()?,
-        progress,
-    )?;
-    progress.end();
-    progress.begin("report: Perez's five coefficients", None);
-    let (perez, _) = bake(
-        truth,
-        &Grid::perez()?,
-        profile,
-        truth.extinction()?,
-        progress,
-    )?;
-    progress.end();
+    let beside = |what, grid: Grid| -> Result<TableSky> {
+        progress.begin(what, None);
+        let (lut, _) = bake(truth, &grid, profile, truth.extinction()?, progress)?;
+        progress.end();
+        Ok(TableSky::new(lut)?)
+    };
+    let seed = beside("report: the report's own table", Grid::report()?)?;
+    let perez = beside("report: Perez's five coefficients", Grid::perez()?)?;
     progress.begin("report: wavelengths", None);
     let wavelengths = wavelengths::convergence(truth, &wavelengths::CONDITIONS)?;
     progress.end();
     let ledger = ledger(progress)?;
     progress.begin("report: held-out cases and pictures", None);
-    let (seed, perez) = (TableSky::new(seed)?, TableSky::new(perez)?);
-    let named = |name: &str, model: &'_ TableSky| {
-        let h = model.lut().header();
-        let nodes = |axis: &Axis| axis.nodes().to_vec();
-        (
-            format!("{name} ({:.1} KiB)", kib(model.lut().encode().len())),
-            Nodes {
-                altitude_km: nodes(&h.altitude_km),
-                turbidity: nodes(&h.turbidity),
-                sun_zenith_deg: nodes(&h.sun_zenith_deg),
-            },
-        )
-    };
-    let models = [
-        ("this table", &sky),
-        ("the report, 2005", &seed),
-        ("Perez, spherical air mass", &perez),
+    let fits = [
+        named("this table", &sky),
+        named("the report, 2005", &seed),
+        named("Perez, spherical air mass", &perez),
     ];
-    let fits: Vec<NamedModel<'_>> = models
-        .iter()
-        .map(|(name, model)| {
-            let (name, nodes) = named(name, model);
-            NamedModel {
-                name,
-                model: *model,
-                nodes,
-            }
-        })
-        .collect();
     let figures = [Figure {
         what: "size of the table [KiB]".to_owned(),
         value: format!("{:.1}", kib(bytes)),
         target: "at most 128".to_owned(),
         met: Some(bytes <= 128 * 1024),
     }];
-    let mut provenance: Vec<(String, String)> = [
-        ("made by", header.generator.clone()),
-        ("profile", header.profile_name.clone()),
-        ("profile SHA-256", header.profile_sha256.clone()),
-        ("engine", header.engine.clone()),
-        ("form", header.form.name().to_owned()),
-        ("interpolation", header.interpolation.name().to_owned()),
-    ]
-    .map(|(what, value)| (what.to_owned(), value))
-    .to_vec();
-    provenance.extend(
-        header
-            .settings
-            .iter()
-            .map(|(k, v)| (k.clone(), v.to_string())),
-    );
     let files = build(&ReportInput {
         profile: truth.profile(),
         truth,
@@ -119,11 +70,44 @@ pub fn of_table(
         wavelengths: &wavelengths,
         ledger: &ledger,
         figures: &figures,
-        provenance: &provenance,
+        provenance: &provenance(&header),
         settings: &ReportSettings::default(),
     })?;
     progress.end();
     Ok(files)
+}
+
+/// A table's sky with its nodes, its size in the name.
+fn named<'a>(name: &str, sky: &'a TableSky) -> NamedModel<'a> {
+    let header = sky.lut().header();
+    let nodes = |axis: &Axis| axis.nodes().to_vec();
+    NamedModel {
+        name: format!("{name} ({:.1} KiB)", kib(sky.lut().encode().len())),
+        model: sky,
+        nodes: Nodes {
+            altitude_km: nodes(&header.altitude_km),
+            turbidity: nodes(&header.turbidity),
+            sun_zenith_deg: nodes(&header.sun_zenith_deg),
+        },
+    }
+}
+
+/// Where a table comes from, as its header has it.
+fn provenance(header: &LutHeader) -> Vec<(String, String)> {
+    let own = [
+        ("made by", header.generator.clone()),
+        ("profile", header.profile_name.clone()),
+        ("profile SHA-256", header.profile_sha256.clone()),
+        ("engine", header.engine.clone()),
+        ("form", header.form.name().to_owned()),
+        ("interpolation", header.interpolation.name().to_owned()),
+    ]
+    .map(|(what, value)| (what.to_owned(), value));
+    let settings = header
+        .settings
+        .iter()
+        .map(|(k, v)| (k.clone(), v.to_string()));
+    own.into_iter().chain(settings).collect()
 }
 
 /// The truth at the nodes of a table.
@@ -164,20 +148,44 @@ fn cell_reports(sky: &TableSky, maps: &[SkyMap], nodes: &[NodeFit]) -> Result<Ve
         }
         let found = sky.yxy_map(c, &map.directions)?;
         let errors = compare_maps(c, &map.directions, &map.sky, &found);
-        let pairs = || {
-            found
-                .iter()
-                .zip(&map.sky)
-                .filter(|(_, t)| t.luminance_cd_m2 > 0.0)
-        };
-        let rms = |residual: &dyn Fn(&Yxy, &Yxy) -> f64| {
-            let squares: f64 = pairs().map(|(f, t)| residual(f, t).powi(2)).sum();
-            (squares / count_f64(pairs().count().max(1))).sqrt()
-        };
-        let channel = |k: usize, channel, rms| match fits.get(k) {
+        let p95 = |s: Option<sky_science::metrics::Statistics>| s.map_or(f64::NAN, |s| s.p95);
+        cells.push(CellReport {
+            conditions: *c,
+            channels: channel_reports(&found, &map.sky, fits),
+            delta_e_p95: p95(errors.delta_e_statistics()),
+            luminance_p95: p95(errors.luminance_statistics()),
+        });
+    }
+    Ok(cells)
+}
+
+/// A channel's name, and what a light misses of the truth in it.
+type Residual = (&'static str, fn(&Yxy, &Yxy) -> f64);
+
+/// How far each channel is from the truth, and how its fit went where a solver made it.
+fn channel_reports(found: &[Yxy], truth: &[Yxy], fits: &[ChannelFit]) -> Vec<ChannelReport> {
+    let pairs = || {
+        found
+            .iter()
+            .zip(truth)
+            .filter(|(_, t)| t.luminance_cd_m2 > 0.0)
+    };
+    let rms = |residual: fn(&Yxy, &Yxy) -> f64| {
+        let squares: f64 = pairs().map(|(f, t)| residual(f, t).powi(2)).sum();
+        (squares / count_f64(pairs().count().max(1))).sqrt()
+    };
+    let residuals: [Residual; 3] = [
+        ("Y", |f, t| (f.luminance_cd_m2 / t.luminance_cd_m2).ln()),
+        ("x", |f, t| f.x - t.x),
+        ("y", |f, t| f.y - t.y),
+    ];
+    residuals
+        .into_iter()
+        .enumerate()
+        .map(|(k, (channel, residual))| match fits.get(k) {
             None => ChannelReport {
                 channel,
-                rms,
+                rms: rms(residual),
                 why_stopped: "linear least squares".to_owned(),
                 converged: true,
                 condition_number: f64::NAN,
@@ -195,24 +203,8 @@ fn cell_reports(sky: &TableSky, maps: &[SkyMap], nodes: &[NodeFit]) -> Result<Ve
                     String::new()
                 },
             },
-        };
-        let p95 = |s: Option<sky_science::metrics::Statistics>| s.map_or(f64::NAN, |s| s.p95);
-        cells.push(CellReport {
-            conditions: *c,
-            channels: vec![
-                channel(
-                    0,
-                    "Y",
-                    rms(&|f, t| (f.luminance_cd_m2 / t.luminance_cd_m2).ln()),
-                ),
-                channel(1, "x", rms(&|f, t| f.x - t.x)),
-                channel(2, "y", rms(&|f, t| f.y - t.y)),
-            ],
-            delta_e_p95: p95(errors.delta_e_statistics()),
-            luminance_p95: p95(errors.luminance_statistics()),
-        });
-    }
-    Ok(cells)
+        })
+        .collect()
 }
 
 fn kib(bytes: usize) -> f64 {
