@@ -301,9 +301,7 @@ fn c_a_direction_is_told_with_its_line() {
     );
     refuse(
         dir.path(),
-        &format!(
-            "sky --model hosek --altitude-km 0 --turbidity 2 --sun-zenith-deg 60 --directions d.csv --out o.csv"
-        ),
+        "sky --model hosek --altitude-km 0 --turbidity 2 --sun-zenith-deg 60 --directions d.csv --out o.csv",
         &["d.csv:4: direction 2", "hosek"],
     );
     refuse(
@@ -424,7 +422,7 @@ fn c_an_interrupted_run_leaves_no_empty_directory() {
 
 /// Attributes of an EXR and text of a PNG stand in the file as they are.
 fn says(path: &Path, words: &str) -> bool {
-    let bytes = fs::read(path).unwrap();
+    let bytes = fs::read(path).expect("a file");
     bytes
         .windows(words.len())
         .any(|part| part == words.as_bytes())
