@@ -1,27 +1,5 @@
 // Transmittance and in-scattered light of a finite path. Twin: crates/sky-core/src/aerial.rs.
 
-const EARTH_RADIUS_KM: f32 = 6371.0;
-const SECTIONS: f32 = 4.0;
-
-struct AerialUniform {
-    // 16 layers of 22 products
-    coefficients: array<vec4<f32>, 352>,
-    // altitudes of the layers [km], four a vector
-    altitude_km: array<vec4<f32>, 4>,
-    // extinction [1/km] of air, gas, haze and stratospheric aerosol at four wavelengths
-    per_km: array<vec4<f32>, 4>,
-    // shares of the wavelengths in red, green, blue and luminance
-    weights: array<vec4<f32>, 4>,
-    // logarithm of the air's density, densities of gas and stratospheric aerosol, 2 km apart
-    levels: array<vec4<f32>, 31>,
-    // number of layers, one over the haze's scale height [1/km], sections, sections and 3
-    counts: vec4<f32>,
-    // sine and cosine of the sun's zenith angle, 0, 0
-    sun: vec4<f32>,
-}
-
-@group(0) @binding(1) var<uniform> aerial: AerialUniform;
-
 // A point of a ray: altitude [km] and cosine of the ray's zenith angle.
 fn along(start: vec2<f32>, distance_km: f32) -> vec2<f32> {
     let radius = EARTH_RADIUS_KM + start.x;
@@ -34,8 +12,8 @@ fn along(start: vec2<f32>, distance_km: f32) -> vec2<f32> {
 }
 
 fn air_level(altitude_km: f32) -> vec4<f32> {
-    let place = max(altitude_km * 0.5, 0.0);
-    let lower = u32(min(floor(place), 29.0));
+    let place = max(altitude_km / LEVEL_STEP_KM, 0.0);
+    let lower = min(u32(place), LEVELS - 2u);
     let fraction = place - f32(lower);
     let share = min(fraction, 1.0);
     return mix(
@@ -58,31 +36,31 @@ fn section_depth(start: vec2<f32>, end: vec2<f32>, length_km: f32) -> vec4<f32> 
     let a = air_level(start.x);
     let m = air_level(middle.x);
     let b = air_level(end.x);
-    let haze = -vec3<f32>(start.x, middle.x, end.x) * aerial.counts.y;
+    let haze = -vec3<f32>(start.x, middle.x, end.x) * aerial.haze_per_scale_height;
     let thin = (a + 4.0 * m + b) / 6.0;
-    return length_km * (aerial.per_km[0] * mean_of_exponential(a.x, m.x, b.x)
-        + aerial.per_km[1] * thin.y
-        + aerial.per_km[2] * mean_of_exponential(haze.x, haze.y, haze.z)
-        + aerial.per_km[3] * thin.z);
+    return length_km * (aerial.air_per_km * mean_of_exponential(a.x, m.x, b.x)
+        + aerial.gas_per_km * thin.y
+        + aerial.haze_per_km * mean_of_exponential(haze.x, haze.y, haze.z)
+        + aerial.stratosphere_per_km * thin.z);
 }
 
 // Transmittance of red, green, blue and luminance.
 fn transmittance_of(depth: vec4<f32>) -> vec4<f32> {
     let through = exp(-depth);
     return clamp(vec4<f32>(
-        dot(aerial.weights[0], through),
-        dot(aerial.weights[1], through),
-        dot(aerial.weights[2], through),
-        dot(aerial.weights[3], through),
+        dot(aerial.red_weights, through),
+        dot(aerial.green_weights, through),
+        dot(aerial.blue_weights, through),
+        dot(aerial.luminance_weights, through),
     ), vec4<f32>(0.0, 0.0, 0.0, 0.0), vec4<f32>(1.0, 1.0, 1.0, 1.0));
 }
 
-fn layer_altitude(layer: u32) -> f32 {
-    return aerial.altitude_km[layer / 4u][layer % 4u];
+fn node_altitude(node: u32) -> f32 {
+    return aerial.node_altitudes_km[node / 4u][node % 4u];
 }
 
-fn layer_sum(layer: u32, basis: Basis) -> vec3<f32> {
-    let k = layer * 22u;
+fn node_sum(node: u32, basis: Basis) -> vec3<f32> {
+    let k = node * TERMS;
     let sum = aerial.coefficients[k] * basis.a.x + aerial.coefficients[k + 1u] * basis.a.y
         + aerial.coefficients[k + 2u] * basis.a.z + aerial.coefficients[k + 3u] * basis.a.w
         + aerial.coefficients[k + 4u] * basis.b.x + aerial.coefficients[k + 5u] * basis.b.y
@@ -99,33 +77,33 @@ fn layer_sum(layer: u32, basis: Basis) -> vec3<f32> {
 
 // The sky at a place of a ray in linear sRGB [cd/m2].
 fn sky_at(place: vec2<f32>, gamma: f32, mu: f32) -> vec3<f32> {
-    let layers = u32(aerial.counts.x);
-    let altitude_km = clamp(place.x, layer_altitude(0u), layer_altitude(layers - 1u));
+    let nodes = u32(aerial.node_count);
+    let altitude_km = clamp(place.x, node_altitude(0u), node_altitude(nodes - 1u));
     var upper = 1u;
-    while (upper + 1u < layers && layer_altitude(upper) < altitude_km) {
+    while (upper + 1u < nodes && node_altitude(upper) < altitude_km) {
         upper = upper + 1u;
     }
-    let low = layer_altitude(upper - 1u);
-    let fraction = (altitude_km - low) / (layer_altitude(upper) - low);
-    let x = (EARTH_RADIUS_KM + altitude_km) / vec2<f32>(8.0, 1.2);
+    let low = node_altitude(upper - 1u);
+    let fraction = (altitude_km - low) / (node_altitude(upper) - low);
+    let x = (EARTH_RADIUS_KM + altitude_km) / vec2<f32>(AIR_SCALE_HEIGHT_KM, HAZE_SCALE_HEIGHT_KM);
     let basis = sky_basis(place.y, vec4<f32>(x, sqrt(0.5 * x)), gamma, mu);
-    let sum = mix(layer_sum(upper - 1u, basis), layer_sum(upper, basis), fraction);
+    let sum = mix(node_sum(upper - 1u, basis), node_sum(upper, basis), fraction);
     let left = exp(air_level(place.x).x - air_level(altitude_km).x);
     return left * linear_srgb_from_yxy(vec3<f32>(exp(sum.x), within_locus(sum.yz)));
 }
 
 fn molecular_scattering(mu: f32) -> f32 {
-    return 0.75 * (1.0 + mu * mu) + 0.3;
+    return 0.75 * (1.0 + mu * mu) + SCATTERED_BEFORE;
 }
 
 // The sky from a place toward the ray, or mirrored at the horizontal where the ray descends.
 fn sky_toward(place: vec2<f32>, gamma: f32, mu: f32, descends: bool) -> vec3<f32> {
     let cosine = select(place.y, -place.y, descends);
-    let across = sqrt(max(1.0 - cosine * cosine, 0.0)) * aerial.sun.x;
-    let level = cosine * aerial.sun.y;
+    let across = sqrt(max(1.0 - cosine * cosine, 0.0)) * aerial.sun_sin_cos.x;
+    let level = cosine * aerial.sun_sin_cos.y;
     let nearest = clamp(mu, level - across, level + across);
-    let air = aerial.per_km[0].z * exp(air_level(place.x).x);
-    let haze = aerial.per_km[2].z * exp(-place.x * aerial.counts.y);
+    let air = aerial.air_per_km.z * exp(air_level(place.x).x);
+    let haze = aerial.haze_per_km.z * exp(-place.x * aerial.haze_per_scale_height);
     let mirrored = clamp(mu + (nearest - mu) * air / (air + haze), -1.0, 1.0);
     let mirrored_gamma = angle_from(sqrt(1.0 - mirrored * mirrored), mirrored);
     let ratio = molecular_scattering(mu) / molecular_scattering(mirrored);
@@ -152,7 +130,7 @@ struct AerialPath {
 fn rising_depth(bottom: vec2<f32>, length_km: f32) -> vec4<f32> {
     var depth = vec4<f32>(0.0, 0.0, 0.0, 0.0);
     var lower = bottom;
-    for (var i = 0.0; i < aerial.counts.z; i = i + 1.0) {
+    for (var i = 0.0; i < aerial.rise_ends; i = i + 1.0) {
         let upper = along(bottom, length_km * section_end(i + 1.0));
         let length = length_km * (section_end(i + 1.0) - section_end(i));
         depth = depth + section_depth(lower, upper, length);
@@ -164,10 +142,10 @@ fn rising_depth(bottom: vec2<f32>, length_km: f32) -> vec4<f32> {
 // color = transmittance * object + inscatter, for an object at a distance [km] in a local direction.
 //
 // The loop runs over the ends of the sections: those of the descent, then start and end of the rise.
-// Its bound is a uniform (sections and 3), for drivers that would unroll it into very long programs.
+// Its bound is a uniform (path_ends), for drivers that would unroll it into very long programs.
 fn aerial_path(altitude_km: f32, direction: vec3<f32>, distance_km: f32) -> AerialPath {
     let start = vec2<f32>(altitude_km, direction.z);
-    let angles = angle_from_sun(direction, aerial.sun.xy);
+    let angles = angle_from_sun(direction, aerial.sun_sin_cos);
     let lowest = clamp(-(EARTH_RADIUS_KM + altitude_km) * start.y, 0.0, distance_km);
     let rise = min(distance_km - lowest, distance_to_top(along(start, lowest)));
     var depth = vec4<f32>(0.0, 0.0, 0.0, 0.0);
@@ -175,7 +153,7 @@ fn aerial_path(altitude_km: f32, direction: vec3<f32>, distance_km: f32) -> Aeri
     var last = start;
     var last_sky = vec3<f32>(0.0, 0.0, 0.0);
     let first = select(SECTIONS + 1.0, 0.0, lowest > 0.0);
-    let stop = select(SECTIONS + 1.0, aerial.counts.w, rise > 0.0);
+    let stop = select(SECTIONS + 1.0, aerial.path_ends, rise > 0.0);
     for (var k = first; k < stop; k = k + 1.0) {
         let descends = k < SECTIONS + 0.5;
         let is_end = k > SECTIONS + 1.5;
@@ -207,7 +185,7 @@ fn aerial_path(altitude_km: f32, direction: vec3<f32>, distance_km: f32) -> Aeri
 // Distance at which a rising ray leaves the air; not positive above it.
 fn distance_to_top(bottom: vec2<f32>) -> f32 {
     let radius = EARTH_RADIUS_KM + bottom.x;
-    let up = 60.0 - bottom.x;
+    let up = TOP_OF_AIR_KM - bottom.x;
     let half = radius * max(bottom.y, 0.0);
     let product = up * (up + 2.0 * radius);
     return product / max(half + sqrt(max(half * half + product, 0.0)), 1e-6);

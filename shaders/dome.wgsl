@@ -1,8 +1,6 @@
 // The report's way: a dome whose corners are colored by the vertex shader, and blended between them.
 // The mesh is made from the vertex number: rings from the zenith to the horizon and on to the nadir.
 
-const GROUND_RINGS: u32 = 6u;
-
 struct DomeVertex {
     @builtin(position) position: vec4<f32>,
     @location(0) light: vec3<f32>,
@@ -11,14 +9,14 @@ struct DomeVertex {
 
 @vertex
 fn dome_vertex(@builtin(vertex_index) index: u32) -> DomeVertex {
-    let rings = u32(view.dome.x);
-    let spokes = u32(view.dome.y);
+    let rings = u32(view.dome_rings);
+    let spokes = u32(view.dome_spokes);
     let quad = index / 6u;
     let corner = index % 6u;
     let ring = quad / spokes;
     let outer = select(0u, 1u, corner == 1u || corner == 2u || corner == 4u);
     let next = select(0u, 1u, corner == 2u || corner == 4u || corner == 5u);
-    let horizon = angle_from(sqrt(max(1.0 - sky.place.z * sky.place.z, 0.0)), sky.place.z);
+    let horizon = angle_from(sqrt(max(1.0 - sky.cos_horizon * sky.cos_horizon, 0.0)), sky.cos_horizon);
     let is_ground = ring >= rings;
     var zenith: f32;
     if (is_ground) {
@@ -28,14 +26,14 @@ fn dome_vertex(@builtin(vertex_index) index: u32) -> DomeVertex {
         zenith = horizon * f32(ring + outer) / f32(rings);
     }
     let turn = f32(quad % spokes + next) / f32(spokes);
-    let azimuth = view.dome.z + turn * 6.28318531;
+    let azimuth = view.dome_seam_azimuth + turn * 6.28318531;
     let direction = vec3<f32>(sin(zenith) * cos(azimuth), sin(zenith) * sin(azimuth), cos(zenith));
     // a corner on the horizon belongs to the sky or to the ground, as its quad does
     var lit = direction;
     if (is_ground) {
-        lit.z = min(lit.z, sky.place.z - 1e-6);
+        lit.z = min(lit.z, sky.cos_horizon - 1e-6);
     } else {
-        lit.z = max(lit.z, sky.place.z);
+        lit.z = max(lit.z, sky.cos_horizon);
     }
     var out: DomeVertex;
     if (is_ground) {
@@ -44,20 +42,20 @@ fn dome_vertex(@builtin(vertex_index) index: u32) -> DomeVertex {
         out.light = sky_light(lit);
     }
     out.direction = direction;
-    let world = sky.local_x.xyz * direction.x + sky.local_y.xyz * direction.y + sky.local_z.xyz * direction.z;
-    if (view.kind.x < 0.5) {
+    let world = sky.local_x * direction.x + sky.local_y * direction.y + sky.local_z * direction.z;
+    if (view.projection < 0.5) {
         let clip = view.world_to_clip * vec4<f32>(world, 0.0);
-        out.position = vec4<f32>(clip.xy, view.dome.w * clip.w, clip.w);
+        out.position = vec4<f32>(clip.xy, view.far_depth * clip.w, clip.w);
     } else {
-        if (view.kind.x < 1.5) {
+        if (view.projection < 1.5) {
             // right and forward of the view; from the azimuth, for the nadir itself has none
-            let level = sky.local_x.xyz * cos(azimuth) + sky.local_y.xyz * sin(azimuth);
+            let level = sky.local_x * cos(azimuth) + sky.local_y * sin(azimuth);
             let seen = (view.world_to_clip * vec4<f32>(level, 0.0)).xy;
             let disc = normalize(seen) * (zenith / 1.57079633);
-            out.position = vec4<f32>(disc.x / max(view.kind.z, 1.0), disc.y * min(view.kind.z, 1.0), view.dome.w, 1.0);
+            out.position = vec4<f32>(disc.x / max(view.aspect, 1.0), disc.y * min(view.aspect, 1.0), view.far_depth, 1.0);
         } else {
             // azimuths grow to the left
-            out.position = vec4<f32>(1.0 - turn * 2.0, 1.0 - zenith / 1.57079633, view.dome.w, 1.0);
+            out.position = vec4<f32>(1.0 - turn * 2.0, 1.0 - zenith / 1.57079633, view.far_depth, 1.0);
         }
     }
     return out;
@@ -66,8 +64,8 @@ fn dome_vertex(@builtin(vertex_index) index: u32) -> DomeVertex {
 @fragment
 fn dome_fragment(in: DomeVertex) -> @location(0) vec4<f32> {
     let direction = normalize(in.direction);
-    if (view.kind.x > 0.5 && view.kind.x < 1.5 && direction.z < 0.0) {
+    if (view.projection > 0.5 && view.projection < 1.5 && direction.z < 0.0) {
         return vec4<f32>(0.0, 0.0, 0.0, 1.0);
     }
-    return displayed(in.light + sun_disc(direction), in.position.xy, sky.display);
+    return displayed(in.light + sun_disc(direction), in.position.xy);
 }

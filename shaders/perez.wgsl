@@ -1,4 +1,4 @@
-// Perez's formula. Twin: crates/sky-core/src/perez.rs.
+// Perez's formula. Twin: crates/sky-science/src/perez_sky.rs.
 
 // F of the air mass and the angle from the sun; coefficients A to D in the vector, E apart.
 fn perez(coefficients: vec4<f32>, e: f32, air_mass: f32, gamma: f32) -> f32 {

@@ -52,26 +52,11 @@ fn encoded(linear: vec3<f32>) -> vec3<f32> {
     return select(high, low, linear <= vec3<f32>(0.0031308, 0.0031308, 0.0031308));
 }
 
-fn hash_noise(x: u32, y: u32, seed: u32) -> f32 {
-    var h = x * 0x9E3779B1u + y * 0x85EBCA77u + seed * 0xC2B2AE3Du;
-    h = (h ^ (h >> 15u)) * 0x2C1B3C6Du;
-    h = (h ^ (h >> 12u)) * 0x297A2D39u;
-    h = h ^ (h >> 15u);
-    return f32(h >> 16u) / 65536.0;
-}
-
-fn dither(pixel: vec2<f32>) -> f32 {
-    let x = u32(pixel.x);
-    let y = u32(pixel.y);
-    return hash_noise(x, y, 1u) - hash_noise(x, y, 2u);
-}
-
-// display: exposure, tone curve, one over the target's levels, 1 where the target encodes by itself.
-fn displayed(light: vec3<f32>, pixel: vec2<f32>, display: vec4<f32>) -> vec4<f32> {
-    let exposed = light * display.x;
-    let linear = tone_mapped(exposed, display.y);
-    let noise = dither(pixel) * display.z;
-    if (display.w > 0.5) {
+// The pixel of a display, with noise that hides its levels.
+fn displayed(light: vec3<f32>, pixel: vec2<f32>) -> vec4<f32> {
+    let linear = tone_mapped(light * sky.exposure, sky.tone);
+    let noise = dither(pixel) * sky.dither_step;
+    if (sky.target_encodes > 0.5) {
         // the target's own encoding follows: noise as steep as its inverse there
         return vec4<f32>(linear + noise * (0.077 + 2.2 * pow(linear, vec3<f32>(0.55, 0.55, 0.55))), 1.0);
     }

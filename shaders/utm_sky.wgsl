@@ -1,8 +1,6 @@
 // The sky formula: air masses, products, light. Twins: crates/sky-core/src/air_mass.rs, extended.rs
 // and utm_sky.rs.
 
-const TERM_BLOCKS: u32 = 6u;
-
 // The angle, 0 to pi, from its sine (not negative) and cosine times any common factor.
 fn angle_from(sine: f32, cosine: f32) -> f32 {
     let side = abs(cosine);

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# All checks of the project: format, lints, tests. Needs Rust 1.95 and a C compiler to link with; a
+# All checks of the project: format, lints, packages, tests. Needs Rust 1.95 and a C compiler to link with; a
 # software Vulkan driver and Xvfb are installed where there are none and apt-get can do it.
 #
 #   bash tests/run.sh
@@ -91,6 +91,9 @@ if have clippy clippy; then
 else
     skipped+=("lints (no clippy)")
 fi
+
+say "packages"
+bash tests/package.sh
 
 say "tests"
 cargo test --workspace --release --locked

@@ -332,7 +332,7 @@ fn c_a_direction_is_told_with_its_line() {
 fn c_a_scene_given_as_a_plan_is_called_one() {
     let dir = tempdir().unwrap();
     let scene = "altitude_km = 0.1\nsun_zenith_deg = [30.0, 40.0]\nfarthest_object_km = 10.0\n\
-                 [haze]\nturbidity = 2.0\n[view]\nfield_of_view_deg = 60.0\npixels = 1000\n\
+                 [haze]\nturbidity = 2.0\n[view]\npixels = 1000\n\
                  [tolerance]\ndelta_e = 1.0\nluminance = 0.05\n";
     fs::write(dir.path().join("scene.toml"), scene).unwrap();
     for line in [

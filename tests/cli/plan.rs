@@ -39,7 +39,7 @@ fn runway() -> &'static Planned {
 fn small_scene(altitude: &str, tolerance: &str) -> String {
     format!(
         "{altitude}\nsun_zenith_deg = [30.0, 40.0]\nfarthest_object_km = 10.0\n\
-         [haze]\nturbidity = 2.0\n[view]\nfield_of_view_deg = 60.0\npixels = 1000\n\
+         [haze]\nturbidity = 2.0\n[view]\npixels = 1000\n\
          [tolerance]\n{tolerance}\n"
     )
 }

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use toml::{Table, Value};
 
@@ -18,6 +19,9 @@ struct Crate {
     /// Ways of [`WORLD`] that it may go.
     ways: &'static [&'static str],
 }
+
+/// Packages of data: files and their names, no code. Every crate may know them.
+const DATA: [&str; 3] = ["sky-luts", "sky-profiles", "sky-shaders"];
 
 /// One that is not written yet is held to its line as soon as it is there.
 const CRATES: [Crate; 13] = [
@@ -372,7 +376,8 @@ fn crates_know_only_whom_they_may() {
         // Tests and benches of a crate are held to the same wall.
         for package in packages(&manifest, &ALL_KINDS) {
             assert!(
-                ours(&package).is_none_or(|package| allowed.contains(&package)),
+                ours(&package)
+                    .is_none_or(|package| allowed.contains(&package) || DATA.contains(&package)),
                 "crates/{name}: expected none of ours but {allowed:?}, found {package}"
             );
         }
@@ -436,12 +441,109 @@ fn a_circle_of_files_is_found() {
     assert_eq!(in_circles(&knows(&all, "sky")).len(), 2);
 }
 
+/// Every package that a crate's user compiles on Linux with the default features, by `cargo tree`.
+fn compiled_for(package: &str) -> BTreeSet<String> {
+    let output = Command::new(env!("CARGO"))
+        .args(["tree", "--locked", "--edges", "normal,build"])
+        .args(["--prefix", "none", "--format", "{p}"])
+        .args(["--target", "x86_64-unknown-linux-gnu", "--package", package])
+        .current_dir(root())
+        .output()
+        .expect("cargo tree");
+    let text = String::from_utf8(output.stdout).expect("text");
+    let names = text.lines().filter_map(|line| line.split(' ').next());
+    names.map(str::to_owned).collect()
+}
+
+/// What a simulator compiles besides wgpu.
+const WITHOUT_GPU: [&str; 16] = [
+    "itoa",
+    "memchr",
+    "proc-macro2",
+    "quote",
+    "serde",
+    "serde_core",
+    "serde_derive",
+    "serde_json",
+    "sky-core",
+    "sky-luts",
+    "solar-positioning",
+    "syn",
+    "thiserror",
+    "thiserror-impl",
+    "unicode-ident",
+    "zmij",
+];
+
 #[test]
-fn a_simulator_links_the_core_and_little_else() {
-    // What sky-core links is what every simulator links: a package more is a decision.
-    let manifest = manifest(&root().join("crates/sky-core/Cargo.toml"));
-    let expected = ["serde", "serde_json", "solar-positioning", "thiserror"].map(str::to_owned);
-    assert_eq!(packages(&manifest, &LINKED), BTreeSet::from(expected));
+fn a_simulator_compiles_the_core_and_little_else() {
+    // A package more is a decision: every simulator pays for it.
+    let expected: BTreeSet<String> = WITHOUT_GPU.map(str::to_owned).into();
+    assert_eq!(compiled_for("sky-core"), expected);
+    // With wgpu and its own packages, the same and no crate of ours but the shaders.
+    let with_gpu = compiled_for("sky-gpu");
+    let ours: BTreeSet<&str> = with_gpu.iter().filter_map(|p| ours(p)).collect();
+    assert_eq!(ours, BTreeSet::from(["sky-core", "sky-gpu", "sky-shaders"]));
+    for package in [
+        "palette", "nalgebra", "rayon", "csv", "argmin", "plotters", "image", "clap",
+    ] {
+        assert!(!with_gpu.contains(package), "sky-gpu compiles {package}");
+    }
+    let manifest = manifest(&root().join("crates/sky-gpu/Cargo.toml"));
+    let expected = [
+        "glam",
+        "pollster",
+        "sky-core",
+        "sky-shaders",
+        "thiserror",
+        "wgpu",
+    ];
+    let expected: BTreeSet<String> = expected.map(str::to_owned).into();
+    assert_eq!(packages(&manifest, &LINKED), expected);
+}
+
+/// Directories of the packages that are meant to be published.
+fn published() -> Vec<PathBuf> {
+    let mut found: Vec<PathBuf> = DATA
+        .iter()
+        .map(|name| root().join(name.trim_start_matches("sky-")))
+        .collect();
+    found.extend(
+        crates()
+            .into_iter()
+            .map(|(name, _)| root().join("crates").join(name)),
+    );
+    found
+}
+
+#[test]
+fn every_published_package_carries_its_licenses_and_metadata() {
+    for directory in published() {
+        for license in ["LICENSE-MIT", "LICENSE-APACHE"] {
+            let (here, top) = (directory.join(license), root().join(license));
+            assert!(
+                read(&here) == read(&top),
+                "{}: not as {license}",
+                here.display()
+            );
+        }
+        let manifest = manifest(&directory.join("Cargo.toml"));
+        for key in ["license", "description", "readme", "keywords", "categories"] {
+            let there = manifest["package"]
+                .as_table()
+                .is_some_and(|p| p.contains_key(key));
+            assert!(there, "{}: no {key}", directory.display());
+        }
+    }
+    // A path without a version cannot be published.
+    let dependencies = &manifest(&root().join("Cargo.toml"))["workspace"]["dependencies"];
+    for (name, package) in dependencies.as_table().expect("a table") {
+        let has = |key| package.get(key).is_some();
+        assert!(
+            !has("path") || has("version"),
+            "{name}: a path without a version"
+        );
+    }
 }
 
 #[test]

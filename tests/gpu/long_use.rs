@@ -9,32 +9,45 @@ use sky_core::tonemap::luminance;
 use sky_core::utm_sky::UtmSky;
 use sky_eval::cases::conditions;
 use sky_gpu::headless::Headless;
-use sky_gpu::{Camera, Dome, Exposure, Haze, SkyFrame, SkyRenderer, Tier};
+use sky_gpu::{
+    Camera, Dome, Exposure, FrameSettings, Haze, Output, SkyRenderer, SkyRendererOptions, Tier,
+    View,
+};
 use sky_render::looking;
 
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
 /// A climb from 0 to 30 km from day to dusk, the haze going up and down; `t` from 0 to 1.
-fn flight(t: f64) -> SkyFrame {
+fn flight(t: f64) -> FrameSettings {
     let sun = Angle::from_degrees(90.0 - 96.0 * t).radians();
-    SkyFrame {
+    FrameSettings {
         observer_altitude: Length::from_km(30.0 * t),
         haze: Haze::Turbidity(1.0 + 7.0 * (0.5 - 0.5 * (40.0 * t).cos())),
         sun: Vec3::new(0.0, single(sun.cos()), single(sun.sin())),
         exposure: Exposure::Auto,
         tone: None,
-        ..SkyFrame::default()
+        ..FrameSettings::default()
     }
 }
 
-fn draw(gpu: &Headless, renderer: &mut SkyRenderer, target: &wgpu::Texture, t: f64, tier: Tier) {
-    let view = target.create_view(&wgpu::TextureViewDescriptor::default());
+/// A renderer and a view of it.
+type Sky = (SkyRenderer, View);
+
+fn renderer(gpu: &Headless, sky: &UtmSky) -> Sky {
+    let options = SkyRendererOptions::new(FORMAT, Output::Linear);
+    let renderer = SkyRenderer::new(&gpu.device, sky, &options);
+    let view = renderer.view(&gpu.device);
+    (renderer, view)
+}
+
+fn draw(gpu: &Headless, (renderer, view): &mut Sky, target: &wgpu::Texture, t: f64, tier: Tier) {
+    let target = target.create_view(&wgpu::TextureViewDescriptor::default());
     renderer
-        .update(&gpu.queue, &flight(t))
+        .update(&gpu.queue, view, &flight(t))
         .expect("inside the domain");
     let camera = Camera::perspective(1.2, 1.0, looking(0.0, 0.0));
-    renderer.set_camera(&gpu.queue, 0, &camera);
-    gpu.draw(renderer, &view, tier, |_, _| ());
+    renderer.set_camera(&gpu.queue, view, &camera);
+    gpu.draw(renderer, view, &target, tier, |_, _| ());
 }
 
 /// A half-precision number.
@@ -62,12 +75,7 @@ fn twenty_thousand_frames_show_no_bad_pixel_and_keep_their_memory() {
     const FRAMES: u32 = 20_000;
     let gpu = Headless::new().unwrap_or_else(|error| panic!("{error}"));
     let target = gpu.target([16, 16], FORMAT).expect("a target");
-    let mut renderer = SkyRenderer::new(
-        &gpu.device,
-        UtmSky::embedded().expect("a table").lut(),
-        FORMAT,
-    )
-    .expect("a renderer");
+    let mut renderer = renderer(&gpu, &UtmSky::embedded().expect("a table"));
     let mut early = None;
     for i in 0..FRAMES {
         // the tiers that bake take their turns
@@ -108,8 +116,7 @@ fn several_renderers_and_devices_draw_the_same() {
     let mut pictures = Vec::new();
     for _ in 0..2 {
         let gpu = Headless::new().unwrap_or_else(|error| panic!("{error}"));
-        let mut renderers = [(), ()]
-            .map(|()| SkyRenderer::new(&gpu.device, sky.lut(), FORMAT).expect("a renderer"));
+        let mut renderers = [(), ()].map(|()| renderer(&gpu, &sky));
         let target = gpu.target([32, 32], FORMAT).expect("a target");
         // the other one's sky in between changes nothing
         for (first, second) in [(0, 1), (1, 0)] {
@@ -154,11 +161,11 @@ fn after_a_lost_device_a_new_renderer_draws_the_same() {
     let sky = UtmSky::embedded().expect("a table");
     let open = || {
         let gpu = Headless::new().unwrap_or_else(|error| panic!("{error}"));
-        let renderer = SkyRenderer::new(&gpu.device, sky.lut(), FORMAT).expect("a renderer");
+        let renderer = renderer(&gpu, &sky);
         let target = gpu.target([32, 32], FORMAT).expect("a target");
         (gpu, renderer, target)
     };
-    let picture = |(gpu, renderer, target): &mut (Headless, SkyRenderer, wgpu::Texture)| {
+    let picture = |(gpu, renderer, target): &mut (Headless, Sky, wgpu::Texture)| {
         draw(gpu, renderer, target, 0.4, Tier::Baked);
         gpu.read(target)
     };

@@ -2,6 +2,8 @@
 //! Vulkan driver; a software one will do.
 
 mod baseline_twins;
+mod engine;
+mod faults;
 mod golden;
 mod long_use;
 mod pixels;

@@ -3,15 +3,18 @@
 use clap::ValueEnum as _;
 use sky_cli::commands::export_shaders::ShaderTarget;
 use sky_cli::commands::export_shaders::translate;
-use sky_gpu::shader;
+use sky_gpu::{Output, shader};
 
 #[test]
 fn every_program_translates_to_every_language() {
     for program in shader::PROGRAMS {
-        let name = program.0;
-        for float_target in [false, true] {
-            let text = shader::text(program, float_target);
+        let name = program.name;
+        for output in Output::ALL {
+            let text = shader::text(program, output);
             for target in ShaderTarget::value_variants() {
+                if *target == ShaderTarget::GlslEs && !program.in_glsl_es {
+                    continue;
+                }
                 let files = translate(name, &text, *target)
                     .unwrap_or_else(|error| panic!("{name} to {target:?}: {error:#}"));
                 let written = files.iter().all(|(_, bytes)| bytes.len() > 100);

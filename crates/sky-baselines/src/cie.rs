@@ -101,7 +101,7 @@ impl SkyModel for CieClear {
 
 impl ShaderSky for CieClear {
     fn shader(&self) -> &'static str {
-        include_str!("../../../shaders/baselines/cie_clear.wgsl")
+        sky_shaders::baselines::CIE_CLEAR
     }
 
     fn shader_frame(&self, conditions: &Conditions) -> Result<ShaderFrame, OutsideDomain> {
@@ -154,7 +154,7 @@ impl SkyModel for CieOvercast {
 
 impl ShaderSky for CieOvercast {
     fn shader(&self) -> &'static str {
-        include_str!("../../../shaders/baselines/cie_overcast.wgsl")
+        sky_shaders::baselines::CIE_OVERCAST
     }
 
     fn shader_frame(&self, conditions: &Conditions) -> Result<ShaderFrame, OutsideDomain> {

@@ -235,7 +235,7 @@ impl SkyModel for Dobashi {
 
 impl ShaderSky for Dobashi {
     fn shader(&self) -> &'static str {
-        include_str!("../../../shaders/baselines/dobashi.wgsl")
+        sky_shaders::baselines::DOBASHI
     }
 
     fn shader_frame(&self, conditions: &Conditions) -> Result<ShaderFrame, OutsideDomain> {

@@ -405,7 +405,7 @@ impl SkyModel for Hillaire {
 
 impl ShaderSky for Hillaire {
     fn shader(&self) -> &'static str {
-        include_str!("../../../shaders/baselines/hillaire.wgsl")
+        sky_shaders::baselines::HILLAIRE
     }
 
     fn shader_frame(&self, conditions: &Conditions) -> Result<ShaderFrame, OutsideDomain> {

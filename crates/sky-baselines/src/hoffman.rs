@@ -178,7 +178,7 @@ impl SkyModel for Hoffman {
 
 impl ShaderSky for Hoffman {
     fn shader(&self) -> &'static str {
-        include_str!("../../../shaders/baselines/hoffman.wgsl")
+        sky_shaders::baselines::HOFFMAN
     }
 
     fn shader_frame(&self, conditions: &Conditions) -> Result<ShaderFrame, OutsideDomain> {

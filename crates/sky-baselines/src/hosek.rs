@@ -140,7 +140,7 @@ impl SkyModel for Hosek {
 
 impl ShaderSky for Hosek {
     fn shader(&self) -> &'static str {
-        include_str!("../../../shaders/baselines/hosek.wgsl")
+        sky_shaders::baselines::HOSEK
     }
 
     fn shader_frame(&self, conditions: &Conditions) -> Result<ShaderFrame, OutsideDomain> {

@@ -198,7 +198,7 @@ impl SkyModel for Nielsen {
 
 impl ShaderSky for Nielsen {
     fn shader(&self) -> &'static str {
-        include_str!("../../../shaders/baselines/nielsen.wgsl")
+        sky_shaders::baselines::NIELSEN
     }
 
     fn shader_frame(&self, conditions: &Conditions) -> Result<ShaderFrame, OutsideDomain> {

@@ -275,7 +275,7 @@ impl SkyModel for Nishita {
 
 impl ShaderSky for Nishita {
     fn shader(&self) -> &'static str {
-        include_str!("../../../shaders/baselines/nishita.wgsl")
+        sky_shaders::baselines::NISHITA
     }
 
     fn shader_frame(&self, conditions: &Conditions) -> Result<ShaderFrame, OutsideDomain> {

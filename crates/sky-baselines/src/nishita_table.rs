@@ -148,7 +148,7 @@ impl SkyModel for NishitaTable {
 
 impl ShaderSky for NishitaTable {
     fn shader(&self) -> &'static str {
-        include_str!("../../../shaders/baselines/nishita_table.wgsl")
+        sky_shaders::baselines::NISHITA_TABLE
     }
 
     fn shader_frame(&self, conditions: &Conditions) -> Result<ShaderFrame, OutsideDomain> {

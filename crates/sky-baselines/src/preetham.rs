@@ -208,7 +208,7 @@ impl SkyModel for Preetham {
 
 impl ShaderSky for Preetham {
     fn shader(&self) -> &'static str {
-        include_str!("../../../shaders/baselines/preetham.wgsl")
+        sky_shaders::baselines::PREETHAM
     }
 
     fn shader_frame(&self, conditions: &Conditions) -> Result<ShaderFrame, OutsideDomain> {

@@ -35,7 +35,7 @@ const THINNEST_LAYER_KM: f64 = 0.01;
 
 /// Light that was scattered before and has lost its direction, as a share of that scattered once,
 /// in clear air.
-const SCATTERED_BEFORE: f32 = 0.3;
+pub const SCATTERED_BEFORE: f32 = 0.3;
 
 /// The air between an observer and objects for one haze and sun: the sky of every altitude, and the
 /// extinction. No allocation; a shader reads the parts as they lie.

@@ -13,7 +13,8 @@ use crate::lut::{Form, Lut, LutError};
 use crate::quantity::{Angle, single};
 
 /// Bytes of the default table, `luts/default.utmlut`.
-pub const EMBEDDED_LUT: &[u8] = include_bytes!("../../../luts/default.utmlut");
+#[cfg(feature = "default-table")]
+pub const EMBEDDED_LUT: &[u8] = sky_luts::DEFAULT;
 
 /// Distance of the lowest ring that tables of the extended form are fitted to from the geometric
 /// horizon \[deg\]. Below it the sky is soon that ring's: the formula is not made to go on.
@@ -113,6 +114,7 @@ impl UtmSky {
     ///
     /// # Errors
     /// When the embedded table cannot be read: a fault of the build.
+    #[cfg(feature = "default-table")]
     pub fn embedded() -> Result<Self, TableError> {
         Self::decode(EMBEDDED_LUT)
     }

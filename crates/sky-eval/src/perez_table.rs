@@ -42,11 +42,7 @@ impl SkyModel for PerezTable {
 
 impl ShaderSky for PerezTable {
     fn shader(&self) -> &'static str {
-        concat!(
-            include_str!("../../../shaders/utm_sky.wgsl"),
-            include_str!("../../../shaders/perez.wgsl"),
-            include_str!("../../../shaders/baselines/perez_table.wgsl"),
-        )
+        sky_shaders::baselines::PEREZ_TABLE
     }
 
     fn shader_frame(&self, conditions: &Conditions) -> Result<ShaderFrame, OutsideDomain> {

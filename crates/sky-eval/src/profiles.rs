@@ -5,33 +5,9 @@ use sha2::{Digest as _, Sha256};
 use sky_sim::profile::AtmosphereProfile;
 use sky_sim::solar::{SolarError, SolarSpectrum};
 
-/// The profiles that can be named instead of a file: name, file and content.
-const SHIPPED_PROFILES: [[&str; 3]; 4] = [
-    [
-        "general",
-        "profiles/general.csv",
-        include_str!("../../../profiles/general.csv"),
-    ],
-    [
-        "utm2005",
-        "profiles/utm2005.csv",
-        include_str!("../../../profiles/utm2005.csv"),
-    ],
-    [
-        "tropical",
-        "profiles/tropical.csv",
-        include_str!("../../../profiles/tropical.csv"),
-    ],
-    [
-        "subarctic_winter",
-        "profiles/subarctic_winter.csv",
-        include_str!("../../../profiles/subarctic_winter.csv"),
-    ],
-];
-
 /// The names of the shipped profiles.
 pub fn shipped_names() -> impl Iterator<Item = &'static str> {
-    SHIPPED_PROFILES.iter().map(|[name, ..]| *name)
+    sky_profiles::ALL.iter().map(|shipped| shipped.name)
 }
 
 /// A profile, the name by which it was asked for, and its bytes' hash.
@@ -51,14 +27,13 @@ impl NamedProfile {
     /// # Errors
     /// Never: the shipped profiles are checked.
     pub fn shipped(name: &str) -> Result<Option<Self>> {
-        let found = SHIPPED_PROFILES.iter().find(|[known, ..]| *known == name);
-        let Some([name, file, text]) = found else {
+        let Some(found) = sky_profiles::ALL.iter().find(|known| known.name == name) else {
             return Ok(None);
         };
         Ok(Some(Self {
-            name: (*name).to_owned(),
-            sha256: format!("{:x}", Sha256::digest(text)),
-            profile: AtmosphereProfile::from_csv_str(file, text)?,
+            name: name.to_owned(),
+            sha256: format!("{:x}", Sha256::digest(found.csv)),
+            profile: AtmosphereProfile::from_csv_str(found.file, found.csv)?,
         }))
     }
 
@@ -79,11 +54,11 @@ impl NamedProfile {
     /// # Errors
     /// Never: it is shipped.
     pub fn general() -> Result<Self> {
-        let [name, file, text] = SHIPPED_PROFILES[0];
+        let shipped = sky_profiles::GENERAL;
         Ok(Self {
-            name: name.to_owned(),
-            sha256: format!("{:x}", Sha256::digest(text)),
-            profile: AtmosphereProfile::from_csv_str(file, text)?,
+            name: shipped.name.to_owned(),
+            sha256: format!("{:x}", Sha256::digest(shipped.csv)),
+            profile: AtmosphereProfile::from_csv_str(shipped.file, shipped.csv)?,
         })
     }
 }

@@ -15,7 +15,7 @@ use sky_core::utm_sky::UtmSky;
 use sky_gpu::glam::{Mat3, Mat4, Vec3};
 use sky_gpu::headless::Headless;
 use sky_gpu::screen::Screen;
-use sky_gpu::{Camera, Haze, SkyFrame, SkyRenderer, Tier};
+use sky_gpu::{Camera, FrameSettings, Haze, Output, SkyRenderer, SkyRendererOptions, Tier, View};
 use winit::application::ApplicationHandler;
 use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, EventLoop};
@@ -97,10 +97,11 @@ struct Targets {
     under_the_sky: wgpu::BindGroup,
 }
 
-struct View {
+struct Opened {
     window: Arc<Window>,
     screen: Screen,
     sky: SkyRenderer,
+    view: View,
     hills: Hills,
     targets: Option<Targets>,
 }
@@ -238,19 +239,22 @@ impl Targets {
     }
 }
 
-impl View {
+impl Opened {
     fn open(events: &ActiveEventLoop) -> Result<Self, Box<dyn Error>> {
         let window = WindowAttributes::default().with_title("Hills under the sky");
         let window = Arc::new(events.create_window(window)?);
         let screen = Screen::new(Arc::clone(&window), window.inner_size().into(), None)?;
-        // (1) once for a device and the format of the pictures: the table and the pipelines
-        let table = UtmSky::embedded()?;
-        let sky = SkyRenderer::new(&screen.gpu.device, table.lut(), screen.format())?;
+        // (1) once for a device and a kind of target: the table and the pipelines; a view for each
+        // observer
+        let options = SkyRendererOptions::new(screen.format(), Output::Display);
+        let sky = SkyRenderer::new(&screen.gpu.device, &UtmSky::embedded()?, &options);
+        let view = sky.view(&screen.gpu.device);
         let hills = Hills::new(&screen.gpu.device);
         Ok(Self {
             window,
             screen,
             sky,
+            view,
             hills,
             targets: None,
         })
@@ -258,7 +262,7 @@ impl View {
 
     fn draw(&mut self) -> Result<(), Box<dyn Error>> {
         self.window.request_redraw();
-        let Some(picture) = self.screen.next_picture()? else {
+        let Some(shown) = self.screen.next_target()? else {
             std::thread::sleep(std::time::Duration::from_millis(20)); // minimized or hidden
             return Ok(());
         };
@@ -277,14 +281,14 @@ impl View {
             hours: 16.5,
         };
         let sun = Vec3::from(sun_position(evening, innsbruck)?.east_north_up());
-        let frame = SkyFrame {
+        let frame = FrameSettings {
             observer_altitude: Length::from_m(ALTITUDE_M.into()),
             haze: Haze::VisualRange(Length::from_km(50.0)),
             sun,
             up: Vec3::Z,
-            ..SkyFrame::default()
+            ..FrameSettings::default()
         };
-        let lit = self.sky.update(queue, &frame)?;
+        let lit = self.sky.update(queue, &mut self.view, &frame)?;
 
         // (3) the same camera for the scene and the sky: reversed infinite depth, right, up and
         // backward as rows, meters; a projection of your own goes into `Camera::projection`
@@ -293,7 +297,7 @@ impl View {
         let camera = Camera::perspective(0.9, self.screen.aspect(), looking);
         let clip_from_world = camera.clip_from_world().unwrap_or_default();
         self.hills.update(queue, clip_from_world, sun, lit);
-        self.sky.set_camera(queue, 0, &camera);
+        self.sky.set_camera(queue, &mut self.view, &camera);
 
         let size = self.screen.size();
         let targets = self
@@ -303,25 +307,26 @@ impl View {
         self.hills.draw(&mut encoder, targets);
 
         // (4) sky, then the scene behind its air
-        self.sky.prepare(&mut encoder, Tier::Fragment);
-        let window = picture.texture.create_view(&Default::default());
-        let mut pass = Headless::pass(&mut encoder, &window, None);
-        self.sky.draw(&mut pass, 0, Tier::Fragment);
         self.sky
-            .composite(&mut pass, 0, &targets.under_the_sky, true);
+            .prepare(queue, &mut encoder, &mut self.view, Tier::Fragment);
+        let window = shown.texture.create_view(&Default::default());
+        let mut pass = Headless::pass(&mut encoder, &window, None);
+        self.sky.draw(&mut pass, &self.view);
+        self.sky
+            .composite(&mut pass, &self.view, &targets.under_the_sky, true);
         drop(pass);
         queue.submit([encoder.finish()]);
-        self.screen.present(picture);
+        self.screen.present(shown);
         Ok(())
     }
 }
 
 /// The window, once it is open, and the pictures until the end.
-struct App(Option<View>, u32);
+struct App(Option<Opened>, u32);
 
 impl ApplicationHandler for App {
     fn resumed(&mut self, events: &ActiveEventLoop) {
-        self.0 = Some(View::open(events).expect("a window and a GPU"));
+        self.0 = Some(Opened::open(events).expect("a window and a GPU"));
     }
 
     fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {

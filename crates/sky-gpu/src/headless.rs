@@ -2,7 +2,9 @@
 
 use thiserror::Error;
 
-use crate::renderer::{SkyRenderer, Tier};
+use crate::renderer::{SkyRenderer, Timing};
+use crate::tier::Tier;
+use crate::view::View;
 
 /// Largest picture that is drawn \[pixels a side\].
 pub const LARGEST_SIDE: u32 = 8192;
@@ -64,6 +66,14 @@ impl Headless {
     /// # Errors
     /// When there is none.
     pub fn new() -> Result<Self, HeadlessError> {
+        Self::with_features(wgpu::Features::empty())
+    }
+
+    /// The same with features of wgpu that it must have.
+    ///
+    /// # Errors
+    /// When there is no device, or none with these features.
+    pub fn with_features(required: wgpu::Features) -> Result<Self, HeadlessError> {
         let mut wanted = wgpu::InstanceDescriptor::new_without_display_handle();
         wanted.backends = wgpu::Backends::PRIMARY;
         let instance = wgpu::Instance::new(wanted);
@@ -71,16 +81,16 @@ impl Headless {
             power_preference: wgpu::PowerPreference::HighPerformance,
             ..wgpu::RequestAdapterOptions::default()
         }))?;
-        let features = adapter.features() & wgpu::Features::TIMESTAMP_QUERY;
+        let timed = adapter.features() & wgpu::Features::TIMESTAMP_QUERY;
         let (device, queue) =
             pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
                 label: Some("sky"),
-                required_features: features,
+                required_features: timed | required,
                 required_limits:
                     wgpu::Limits::downlevel_webgl2_defaults().using_resolution(adapter.limits()),
                 ..wgpu::DeviceDescriptor::default()
             }))?;
-        let timestamp_ns = (!features.is_empty()).then(|| queue.get_timestamp_period());
+        let timestamp_ns = (!timed.is_empty()).then(|| queue.get_timestamp_period());
         Ok(Self {
             info: adapter.get_info(),
             device,
@@ -118,21 +128,22 @@ impl Headless {
         }))
     }
 
-    /// Draws the sky of the first camera on a target, what `over` adds, and submits it.
+    /// Draws a view's sky on a target, what `over` adds, and submits it.
     pub fn draw(
         &self,
-        renderer: &mut SkyRenderer,
+        renderer: &SkyRenderer,
+        view: &mut View,
         target: &wgpu::TextureView,
         tier: Tier,
-        over: impl FnOnce(&SkyRenderer, &mut wgpu::RenderPass<'_>),
+        over: impl FnOnce(&View, &mut wgpu::RenderPass<'_>),
     ) {
         let mut encoder = self
             .device
             .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        renderer.prepare(&mut encoder, tier);
+        renderer.prepare(&self.queue, &mut encoder, view, tier);
         let mut pass = Self::pass(&mut encoder, target, None);
-        renderer.draw(&mut pass, 0, tier);
-        over(renderer, &mut pass);
+        renderer.draw(&mut pass, view);
+        over(view, &mut pass);
         drop(pass);
         self.queue.submit([encoder.finish()]);
     }
@@ -142,7 +153,7 @@ impl Headless {
     pub fn pass<'a>(
         encoder: &'a mut wgpu::CommandEncoder,
         view: &'a wgpu::TextureView,
-        timing: Option<crate::Timing<'a>>,
+        timing: Option<Timing<'a>>,
     ) -> wgpu::RenderPass<'a> {
         encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("picture"),

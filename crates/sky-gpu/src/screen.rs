@@ -163,7 +163,7 @@ impl Screen {
     /// # Errors
     /// [`ScreenError::Lost`] when device or surface are gone, [`ScreenError::Refused`] when the device
     /// refused something since the last picture.
-    pub fn next_picture(&mut self) -> Result<Option<wgpu::SurfaceTexture>, ScreenError> {
+    pub fn next_target(&mut self) -> Result<Option<wgpu::SurfaceTexture>, ScreenError> {
         self.check()?;
         if self.size().contains(&0) {
             return Ok(None);

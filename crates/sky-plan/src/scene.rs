@@ -91,9 +91,6 @@ struct HazeFile {
 pub struct View {
     /// Pixels of a picture.
     pub pixels: f64,
-    /// Of scenes written before; see [`Scene::without_effect`].
-    #[serde(rename = "field_of_view_deg")]
-    unused_field_of_view_deg: Option<f64>,
 }
 
 /// The error that is tolerated, in numbers or as what an eye can see on a display.
@@ -131,12 +128,6 @@ pub struct Budget {
 pub struct Target {
     /// Time of the formula at a pixel, as `utm-sky bench-gpu` measures it on the target \[ns\].
     pub fragment_ns_per_pixel: Option<f64>,
-    /// Of scenes written before; see [`Scene::without_effect`].
-    #[serde(rename = "webgl2")]
-    unused_webgl2: Option<bool>,
-    /// The same.
-    #[serde(rename = "compute")]
-    unused_compute: Option<bool>,
 }
 
 /// A scene, checked.
@@ -208,23 +199,6 @@ impl Scene {
             budget: file.budget,
             target: file.target,
         })
-    }
-
-    /// Fields of the file that are read, so that scenes written before still are, and change no plan:
-    /// the sky is planned in all directions, and every shader runs on WebGL 2 without compute.
-    #[must_use]
-    pub fn without_effect(&self) -> Vec<&'static str> {
-        [
-            (
-                "view.field_of_view_deg",
-                self.view.unused_field_of_view_deg.is_some(),
-            ),
-            ("target.webgl2", self.target.unused_webgl2.is_some()),
-            ("target.compute", self.target.unused_compute.is_some()),
-        ]
-        .into_iter()
-        .filter_map(|(field, is_given)| is_given.then_some(field))
-        .collect()
     }
 }
 
@@ -401,26 +375,6 @@ mod tests {
         }
         let contrast = just_noticeable_contrast(100.0);
         assert!((0.006..0.010).contains(&contrast), "{contrast}");
-    }
-
-    #[test]
-    fn b13_fields_without_effect_are_named() {
-        let scene = |view: &str, target: &str| {
-            let text = format!(
-                "altitude_km = 0.1\nsun_zenith_deg = 30\nfarthest_object_km = 10.0\n[haze]\n\
-                 turbidity = 2.0\n[view]\n{view}pixels = 1000\n[tolerance]\ndelta_e = 1.0\n\
-                 luminance = 0.05\n[target]\n{target}"
-            );
-            Scene::from_toml("s", &text).unwrap().without_effect()
-        };
-        assert!(scene("", "fragment_ns_per_pixel = 2.0\n").is_empty());
-        assert_eq!(
-            scene(
-                "field_of_view_deg = 60.0\n",
-                "webgl2 = true\ncompute = false\n"
-            ),
-            ["view.field_of_view_deg", "target.webgl2", "target.compute"]
-        );
     }
 
     #[test]

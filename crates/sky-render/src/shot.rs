@@ -11,12 +11,15 @@ use sky_core::quantity::Angle;
 use sky_core::tonemap::{Tone, exposure_from_ev100};
 use sky_core::utm_sky::UtmSky;
 use sky_gpu::headless::{Headless, check_size};
-use sky_gpu::{Camera, Dome, Exposure, Projection, SkyFrame, SkyRenderer, Tier, auto_ev100};
+use sky_gpu::{
+    Camera, Dome, Exposure, FrameSettings, Output, Projection, SkyRenderer, SkyRendererOptions,
+    Tier, View, auto_ev100,
+};
 
 use crate::camera::{clip, world_direction};
 use crate::pixels::{Pixels, bytes_of, developed, floats_of};
 use crate::sun_disc::spread_sun;
-use crate::terrain::{SceneBuffers, terrain};
+use crate::terrain::{SceneBuffers, lowest_eye, terrain};
 
 /// Albedo of the ground of the default table.
 pub const GROUND_ALBEDO: f32 = 0.2;
@@ -64,12 +67,26 @@ pub struct Shot {
 }
 
 impl Shot {
+    /// Observer, haze and sun; where there is scenery the observer stands on it, not in it. Everything
+    /// that is drawn, sky, air and ground, is drawn for this one altitude.
+    #[must_use]
+    pub fn standing(&self) -> Conditions {
+        let asked = self.conditions.observer_altitude;
+        let lowest = lowest_eye();
+        let is_inside =
+            self.scenery == Scenery::Terrain && (0.0..lowest.km()).contains(&asked.km());
+        Conditions {
+            observer_altitude: if is_inside { lowest } else { asked },
+            ..self.conditions
+        }
+    }
+
     /// The renderer's frame.
     #[must_use]
-    pub fn frame(&self) -> SkyFrame {
+    pub fn frame(&self) -> FrameSettings {
         let elevation = Angle::from_degrees(90.0 - self.conditions.sun_zenith.degrees());
-        SkyFrame {
-            observer_altitude: self.conditions.observer_altitude,
+        FrameSettings {
+            observer_altitude: self.standing().observer_altitude,
             haze: Haze::Turbidity(self.conditions.turbidity),
             sun: world_direction(self.sun_azimuth, elevation),
             up: Vec3::Z,
@@ -81,6 +98,7 @@ impl Shot {
                 (_, None) => Exposure::Auto,
             },
             tone: self.tone,
+            ..FrameSettings::default()
         }
     }
 
@@ -107,7 +125,7 @@ impl Shot {
 pub fn draw_on_cpu(sky: &UtmSky, shot: &Shot) -> Result<Pixels> {
     check_size(shot.size)?;
     let [width, height] = shot.size;
-    let whole = Picture::new(sky, &shot.conditions, GROUND_ALBEDO)?;
+    let whole = Picture::new(sky, &shot.standing(), GROUND_ALBEDO)?;
     let mut picture = whole.clone();
     if !shot.frame().sun_disc {
         picture.sun = SunDisc::default();
@@ -160,7 +178,7 @@ pub struct Painter {
     gpu: Headless,
     sky: UtmSky,
     /// For 8-bit sRGB and for linear light.
-    renderers: [Option<SkyRenderer>; 2],
+    renderers: [Option<(SkyRenderer, View)>; 2],
 }
 
 impl Painter {
@@ -182,30 +200,29 @@ impl Painter {
     /// When the conditions lie outside the domain, the size cannot be drawn or the device is lost.
     pub fn draw(&mut self, shot: &Shot) -> Result<Pixels> {
         let gpu = &self.gpu;
-        let (place, format) = match shot.tone {
-            Some(_) => (0, wgpu::TextureFormat::Rgba8Unorm),
-            None => (1, wgpu::TextureFormat::Rgba32Float),
+        let (place, format, output) = match shot.tone {
+            Some(_) => (0, wgpu::TextureFormat::Rgba8Unorm, Output::Display),
+            None => (1, wgpu::TextureFormat::Rgba32Float, Output::Linear),
         };
         let target = gpu.target(shot.size, format)?;
-        let renderer = match &mut self.renderers[place] {
-            Some(renderer) => renderer,
-            empty => empty.insert(SkyRenderer::new(&gpu.device, self.sky.lut(), format)?),
-        };
+        let (renderer, view) = self.renderers[place].get_or_insert_with(|| {
+            let options = SkyRendererOptions::new(format, output);
+            let renderer = SkyRenderer::new(&gpu.device, &self.sky, &options);
+            let view = renderer.view(&gpu.device);
+            (renderer, view)
+        });
         let frame = shot.frame();
-        let picture = renderer.update(&gpu.queue, &frame)?;
+        let picture = renderer.update(&gpu.queue, view, &frame)?;
         let scene = scene_buffers(picture, shot, frame.local_axes());
-        if let Tier::Vertex(dome) = shot.tier {
-            renderer.set_dome(dome);
-        }
-        renderer.set_camera(&gpu.queue, 0, &shot.camera);
-        let view = target.create_view(&wgpu::TextureViewDescriptor::default());
+        renderer.set_camera(&gpu.queue, view, &shot.camera);
+        let target_view = target.create_view(&wgpu::TextureViewDescriptor::default());
         let bound = scene
             .as_ref()
             .map(|scene| bind_scene(gpu, renderer, scene, shot.size))
             .transpose()?;
-        gpu.draw(renderer, &view, shot.tier, |renderer, pass| {
+        gpu.draw(renderer, view, &target_view, shot.tier, |view, pass| {
             if let Some(bound) = &bound {
-                renderer.composite(pass, 0, bound, shot.aerial);
+                renderer.composite(pass, view, bound, shot.aerial);
             }
         });
         let bytes = gpu.read(&target)?;
@@ -222,7 +239,7 @@ impl Painter {
                 .flat_map(|p| [p[0], p[1], p[2]])
                 .collect();
             if shot.spreads_sun() {
-                let whole = Picture::new(&self.sky, &shot.conditions, GROUND_ALBEDO)?;
+                let whole = Picture::new(&self.sky, &shot.standing(), GROUND_ALBEDO)?;
                 spread_sun(&mut lights, shot, &whole, scene.as_ref());
             }
             Pixels::Linear(lights)

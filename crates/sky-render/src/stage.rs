@@ -8,7 +8,10 @@ use sky_core::haze::Haze;
 use sky_core::quantity::{Angle, Length};
 use sky_core::utm_sky::UtmSky;
 use sky_gpu::headless::Headless;
-use sky_gpu::{Camera, Dome, Exposure, SkyFrame, SkyRenderer, Tier, Timing};
+use sky_gpu::{
+    Camera, Dome, Exposure, FrameSettings, Output, SkyRenderer, SkyRendererOptions, Tier, Timing,
+    View,
+};
 use sky_science::metrics::Statistics;
 
 use crate::camera::{looking, pixels, world_direction};
@@ -67,9 +70,68 @@ pub type Draw<'a> = Box<dyn Fn(&mut wgpu::RenderPass<'_>) + 'a>;
 #[derive(Debug)]
 pub struct Stage {
     size: [u32; 2],
-    view: wgpu::TextureView,
+    target: wgpu::TextureView,
+    floor: wgpu::RenderPipeline,
     renderer: SkyRenderer,
+    /// Prepared for each tier.
+    views: [(Tier, View); 3],
     scene: wgpu::BindGroup,
+}
+
+/// The full-screen triangle with a constant color: what the tiers are measured against.
+const FLOOR: &str = "
+@vertex
+fn floor_vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+    return vec4<f32>(f32((index << 1u) & 2u) * 2.0 - 1.0, f32(index & 2u) * 2.0 - 1.0, 0.0, 1.0);
+}
+@fragment
+fn floor_fragment() -> @location(0) vec4<f32> {
+    return vec4<f32>(0.25, 0.5, 0.75, 1.0);
+}
+";
+
+fn floor(device: &wgpu::Device, format: wgpu::TextureFormat) -> wgpu::RenderPipeline {
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some("floor"),
+        source: wgpu::ShaderSource::Wgsl(FLOOR.into()),
+    });
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("floor"),
+        layout: None,
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("floor_vertex"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            buffers: &[],
+        },
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: None,
+        multisample: wgpu::MultisampleState::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some("floor_fragment"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            targets: &[Some(format.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
+
+/// What a stage shows.
+fn stage_frame() -> FrameSettings {
+    FrameSettings {
+        observer_altitude: Length::from_km(STAGE_PLACE[0]),
+        haze: Haze::Turbidity(STAGE_PLACE[1]),
+        sun: world_direction(
+            Angle::ZERO,
+            Angle::from_degrees(90.0 - STAGE_SUN_ZENITH_DEG),
+        ),
+        up: Vec3::Z,
+        exposure: Exposure::Ev100(14.0),
+        tone: None,
+        ..FrameSettings::default()
+    }
 }
 
 /// The sun of a stage is 60° from the zenith, due north.
@@ -86,22 +148,19 @@ impl Stage {
         let format = wgpu::TextureFormat::Rgba16Float;
         let target = gpu.target(size, format)?;
         let sky = UtmSky::embedded()?;
-        let mut renderer = SkyRenderer::new(&gpu.device, sky.lut(), format)?;
-        let frame = SkyFrame {
-            observer_altitude: Length::from_km(STAGE_PLACE[0]),
-            haze: Haze::Turbidity(STAGE_PLACE[1]),
-            sun: world_direction(
-                Angle::ZERO,
-                Angle::from_degrees(90.0 - STAGE_SUN_ZENITH_DEG),
-            ),
-            up: Vec3::Z,
-            ground_albedo: 0.2,
-            sun_disc: true,
-            exposure: Exposure::Ev100(14.0),
-            tone: None,
-        };
-        renderer.update(&gpu.queue, &frame)?;
-        renderer.set_camera(&gpu.queue, 0, &Self::camera(size));
+        let options = SkyRendererOptions::new(format, Output::Linear);
+        let renderer = SkyRenderer::new(&gpu.device, &sky, &options);
+        let mut encoder = gpu
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut views = [Tier::Vertex(Dome::REPORT), Tier::Fragment, Tier::Baked]
+            .map(|tier| (tier, renderer.view(&gpu.device)));
+        for (tier, view) in &mut views {
+            renderer.update(&gpu.queue, view, &stage_frame())?;
+            renderer.set_camera(&gpu.queue, view, &Self::camera(size));
+            renderer.prepare(&gpu.queue, &mut encoder, view, *tier);
+        }
+        gpu.queue.submit([encoder.finish()]);
         let [width, height] = size;
         let scene = SceneBuffers::new(
             width,
@@ -111,15 +170,12 @@ impl Stage {
             }),
         );
         let scene = bind_scene(gpu, &renderer, &scene, size)?;
-        let mut encoder = gpu
-            .device
-            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        renderer.prepare(&mut encoder, Tier::Baked);
-        gpu.queue.submit([encoder.finish()]);
         Ok(Self {
             size,
-            view: target.create_view(&wgpu::TextureViewDescriptor::default()),
+            target: target.create_view(&wgpu::TextureViewDescriptor::default()),
+            floor: floor(&gpu.device, format),
             renderer,
+            views,
             scene,
         })
     }
@@ -138,13 +194,16 @@ impl Stage {
     /// What draws a case.
     #[must_use]
     pub fn draw(&self, case: Case) -> Draw<'_> {
+        let view = self.views.iter().find(|(tier, _)| case.tier == Some(*tier));
         Box::new(move |pass| {
-            match case.tier {
-                None => self.renderer.draw_floor(pass, 0),
-                Some(tier) => self.renderer.draw(pass, 0, tier),
-            }
+            let Some((_, view)) = view else {
+                pass.set_pipeline(&self.floor);
+                pass.draw(0..3, 0..1);
+                return;
+            };
+            self.renderer.draw(pass, view);
             if case.composite {
-                self.renderer.composite(pass, 0, &self.scene, true);
+                self.renderer.composite(pass, view, &self.scene, true);
             }
         })
     }
@@ -170,7 +229,7 @@ impl Stage {
                     continue;
                 }
                 let ns = clock.time(gpu, |encoder, timing| {
-                    draw(&mut Headless::pass(encoder, &self.view, timing));
+                    draw(&mut Headless::pass(encoder, &self.target, timing));
                 })?;
                 // the first frame compiles; it counts only where it has used up the time
                 if i > 0 || ns > 0.5e9 * most_seconds {

@@ -5,6 +5,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 use sky_core::picture::Picture;
+use sky_core::quantity::Length;
 
 /// Earth's radius \[km\].
 pub const RADIUS_KM: f32 = 6371.0;
@@ -96,9 +97,14 @@ fn under(altitude_km: f32, direction: Vec3, distance: f32) -> (f32, f32, f32) {
     (altitude, scale * direction.x, scale * direction.y)
 }
 
+/// The lowest altitude of an eye at the middle of the terrain: 2 m above the ground.
+#[must_use]
+pub fn lowest_eye() -> Length {
+    Length::from_km(f64::from(ridges(0.0, 0.0)) + 0.002)
+}
+
 fn march(altitude_km: f32, direction: Vec3) -> Option<(f32, Ground)> {
-    // the observer stands on what ground there is
-    let start = altitude_km.max(ridges(0.0, 0.0) + 0.002);
+    let start = altitude_km;
     let mut distance = 0.0;
     let mut step = 0.0;
     while distance < FARTHEST_KM {
@@ -224,4 +230,55 @@ fn hash(x: f32, y: f32, seed: u8) -> usize {
     h = (h ^ (h >> 15)).wrapping_mul(0x2C1B_3C6D);
     h = (h ^ (h >> 12)).wrapping_mul(0x297A_2D39);
     (h >> 29) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use sky_core::quantity::Angle;
+    use sky_core::utm_sky::UtmSky;
+    use sky_gpu::{Camera, Tier};
+
+    use super::*;
+    use crate::camera::looking;
+    use crate::shot::{GROUND_ALBEDO, Scenery, Shot};
+
+    /// Standing in the ground, the observer saw the terrain from above it and the sky from below: what
+    /// neither showed was black dashes along the horizon.
+    #[test]
+    fn a11_what_is_not_terrain_is_sky() {
+        let sky = UtmSky::embedded().expect("the table");
+        let size = [320, 180];
+        let shot = Shot {
+            conditions: sky_core::conditions::Conditions {
+                observer_altitude: Length::ZERO,
+                turbidity: 2.0,
+                sun_zenith: Angle::from_degrees(60.0),
+            },
+            sun_azimuth: Angle::ZERO,
+            camera: Camera::perspective(1.0, 16.0 / 9.0, looking(0.0, 8.0)),
+            size,
+            ev100: None,
+            tone: None,
+            tier: Tier::Fragment,
+            scenery: Scenery::Terrain,
+            sun_disc: true,
+            aerial: true,
+        };
+        let picture = Picture::new(&sky, &shot.standing(), GROUND_ALBEDO).expect("in the domain");
+        let axes = shot.frame().local_axes();
+        let direction = |x, y| shot.direction(x, y);
+        let buffers = terrain(&picture, size, axes, &direction);
+        let mut seen = [0, 0];
+        for (x, y) in (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y))) {
+            let world = direction(x, y).expect("a direction");
+            let is_terrain = buffers.at(x, y).is_some();
+            let is_sky = picture
+                .sky
+                .light(axes.map(|axis| axis.dot(world)))
+                .is_some();
+            assert!(is_terrain || is_sky, "{x} {y}: neither");
+            seen[usize::from(is_terrain)] += 1;
+        }
+        assert!(seen.iter().all(|n| *n > 10_000), "{seen:?}");
+    }
 }

@@ -296,19 +296,13 @@ fn number_density_per_m3(pressure_hpa: f64, temperature_k: f64) -> f64 {
 }
 
 static GENERAL: LazyLock<AtmosphereProfile> = LazyLock::new(|| {
-    AtmosphereProfile::from_csv_str(
-        "profiles/general.csv",
-        include_str!("../../../profiles/general.csv"),
-    )
-    .expect("the embedded general atmosphere is valid and complete")
+    AtmosphereProfile::from_csv_str(sky_profiles::GENERAL.file, sky_profiles::GENERAL.csv)
+        .expect("the embedded general atmosphere is valid and complete")
 });
 
 static UTM2005: LazyLock<AtmosphereProfile> = LazyLock::new(|| {
-    AtmosphereProfile::from_csv_str(
-        "profiles/utm2005.csv",
-        include_str!("../../../profiles/utm2005.csv"),
-    )
-    .expect("the embedded profile of the report is valid and complete")
+    AtmosphereProfile::from_csv_str(sky_profiles::UTM2005.file, sky_profiles::UTM2005.csv)
+        .expect("the embedded profile of the report is valid and complete")
 });
 
 /// How the gaps of a column are closed.

@@ -7,12 +7,14 @@ use anyhow::Result;
 use bytemuck::{Pod, Zeroable};
 use egui_wgpu::{Renderer, RendererOptions, ScreenDescriptor};
 use glam::{Mat4, Vec3};
-use sky_core::lut::Lut;
 use sky_core::picture::Picture;
 use sky_core::quantity::single;
+use sky_core::utm_sky::UtmSky;
 use sky_gpu::headless::Headless;
 use sky_gpu::screen::Screen;
-use sky_gpu::{Camera, FrameError, SkyFrame, SkyRenderer, Tier, auto_ev100};
+use sky_gpu::{
+    Camera, FrameError, FrameSettings, Output, SkyRenderer, SkyRendererOptions, Tier, auto_ev100,
+};
 use wgpu::util::DeviceExt as _;
 
 use crate::mesh::{CELLS, CORNERS, Corner, LEVELS, Mesh, triangles};
@@ -100,6 +102,7 @@ pub struct Painter {
     pub screen: Screen,
     /// The sky.
     pub sky: SkyRenderer,
+    seen: sky_gpu::View,
     ground: Ground,
     panel: Renderer,
 }
@@ -125,17 +128,18 @@ pub struct Overlay {
 
 impl Painter {
     /// Makes everything for a window.
-    ///
-    /// # Errors
-    /// When the table lacks what aerial perspective needs.
-    pub fn new(screen: Screen, lut: &Lut) -> Result<Self> {
+    #[must_use]
+    pub fn new(screen: Screen, table: &UtmSky) -> Self {
         let device = &screen.gpu.device;
-        Ok(Self {
-            sky: SkyRenderer::new(device, lut, screen.format())?,
+        let options = SkyRendererOptions::new(screen.format(), Output::Display);
+        let sky = SkyRenderer::new(device, table, &options);
+        Self {
+            seen: sky.view(device),
+            sky,
             ground: Ground::new(device),
             panel: Renderer::new(device, screen.format(), RendererOptions::default()),
             screen,
-        })
+        }
     }
 
     /// Brings the sky, and the terrain where there is one, to a new frame.
@@ -144,12 +148,12 @@ impl Painter {
     /// When the frame lies outside the table's domain.
     pub fn update(
         &mut self,
-        frame: &SkyFrame,
+        frame: &FrameSettings,
         ground: Option<&View>,
     ) -> Result<Updated, FrameError> {
         let queue = &self.screen.gpu.queue;
         let start = Instant::now();
-        let picture = self.sky.update(queue, frame)?;
+        let picture = self.sky.update(queue, &mut self.seen, frame)?;
         let sky = start.elapsed();
         if let Some(view) = ground {
             self.ground.follow(queue, view, picture);
@@ -161,13 +165,15 @@ impl Painter {
     }
 
     /// Paints stripes in place of the sky until the next update.
-    pub fn show_outside_domain(&mut self, frame: &SkyFrame) {
-        self.sky.show_outside_domain(&self.screen.gpu.queue, frame);
+    pub fn show_outside_domain(&mut self, frame: &FrameSettings) {
+        self.sky
+            .show_outside_domain(&self.screen.gpu.queue, &mut self.seen, frame);
     }
 
     /// Sets the camera; after the update.
     pub fn set_camera(&mut self, camera: &Camera) {
-        self.sky.set_camera(&self.screen.gpu.queue, 0, camera);
+        self.sky
+            .set_camera(&self.screen.gpu.queue, &mut self.seen, camera);
     }
 
     /// Draws sky and terrain to a target of the window's format. The camera has been set.
@@ -179,16 +185,18 @@ impl Painter {
         view: &View,
         layers: Layers,
     ) {
-        self.sky.prepare(encoder, layers.tier);
+        let queue = &self.screen.gpu.queue;
+        self.sky
+            .prepare(queue, encoder, &mut self.seen, layers.tier);
         if layers.terrain {
             self.ground
                 .draw(&self.screen.gpu, &self.sky, encoder, size, view);
         }
         let mut pass = Headless::pass(encoder, target, None);
-        self.sky.draw(&mut pass, 0, layers.tier);
+        self.sky.draw(&mut pass, &self.seen);
         if let (true, Some(targets)) = (layers.terrain, &self.ground.targets) {
             self.sky
-                .composite(&mut pass, 0, &targets.bound, layers.aerial);
+                .composite(&mut pass, &self.seen, &targets.bound, layers.aerial);
         }
     }
 

@@ -7,12 +7,11 @@ use anyhow::{Result, anyhow, bail};
 use glam::Mat4;
 use sky_core::conditions::{Conditions, Domain};
 use sky_core::haze::Haze;
-use sky_core::lut::Lut;
 use sky_core::quantity::{Angle, single};
 use sky_core::solar_position::SunPosition;
 use sky_core::utm_sky::UtmSky;
 use sky_gpu::screen::{Screen, ScreenError};
-use sky_gpu::{Camera, Exposure, SkyFrame, Tier};
+use sky_gpu::{Camera, Exposure, FrameSettings};
 use sky_render::terrain::ridges;
 use sky_render::{GROUND_ALBEDO, Pixels, world_direction};
 use winit::application::ApplicationHandler;
@@ -103,7 +102,7 @@ struct Stage {
 }
 
 struct App {
-    lut: Lut,
+    table: UtmSky,
     size: [u32; 2],
     adapter: Option<String>,
     fov: f32,
@@ -132,7 +131,7 @@ impl App {
     fn new(start: Start) -> Self {
         let domain: Domain = start.sky.lut().header().domain;
         Self {
-            lut: start.sky.lut().clone(),
+            table: start.sky.clone(),
             size: start.size,
             adapter: start.adapter,
             fov: single(start.fov.radians()),
@@ -200,7 +199,7 @@ impl App {
             usize::try_from(screen.gpu.device.limits().max_texture_dimension_2d).ok(),
         );
         Ok(Stage {
-            painter: Some(Painter::new(screen, &self.lut)?),
+            painter: Some(Painter::new(screen, &self.table)),
             input,
             window,
         })
@@ -243,7 +242,7 @@ impl App {
         else {
             return Ok(false);
         };
-        let Some(target) = painter.screen.next_picture()? else {
+        let Some(target) = painter.screen.next_target()? else {
             self.last_frame = None;
             return Ok(false);
         };
@@ -279,9 +278,6 @@ impl App {
         }
         if controls.stripes && self.status.edges.iter().any(Option::is_some) {
             painter.show_outside_domain(&frame);
-        }
-        if let Tier::Vertex(dome) = layers.tier {
-            painter.sky.set_dome(dome);
         }
         painter.set_camera(&camera);
 
@@ -479,7 +475,7 @@ fn sky_frame(
     controls: &mut Controls,
     status: &mut Status,
     last: &mut Option<Conditions>,
-) -> Result<SkyFrame> {
+) -> Result<FrameSettings> {
     status.trouble = None;
     status.edges = [None; 3];
     if controls.terrain {
@@ -518,7 +514,7 @@ fn sky_frame(
     let zenith = conditions.sun_zenith.degrees();
     let zenith = zenith.clamp(highest, (lowest - ROUNDING_DEG).max(highest));
     let elevation = Angle::from_degrees(90.0 - zenith);
-    Ok(SkyFrame {
+    Ok(FrameSettings {
         observer_altitude: conditions.observer_altitude,
         haze: Haze::Turbidity(conditions.turbidity),
         sun: world_direction(sun.azimuth, elevation),
@@ -526,7 +522,7 @@ fn sky_frame(
         sun_disc: controls.sun_disc,
         exposure: controls.ev100.map_or(Exposure::Auto, Exposure::Ev100),
         tone: Some(controls.tone),
-        ..SkyFrame::default()
+        ..FrameSettings::default()
     })
 }
 

@@ -6,15 +6,17 @@ use anyhow::{Result, bail};
 use clap::Args;
 use sky_core::conditions::Conditions;
 use sky_core::haze::Haze;
-use sky_core::lut::Lut;
 use sky_core::quantity::Angle;
+use sky_core::utm_sky::UtmSky;
 use sky_eval::atlas::page;
 use sky_eval::atlas::panorama::{self, Panorama};
 use sky_eval::atlas::rows::{Chapter, csv};
 use sky_eval::atlas::subject::chosen;
 use sky_eval::progress::Progress as _;
 use sky_gpu::headless::Headless;
-use sky_gpu::{Camera, Exposure, Projection, SkyFrame, SkyRenderer, Tier};
+use sky_gpu::{
+    Camera, Exposure, FrameSettings, Output, Projection, SkyRenderer, SkyRendererOptions, Tier,
+};
 use sky_render::pixels::floats_of;
 use sky_render::{clip, facing, world_direction};
 
@@ -80,7 +82,7 @@ pub fn run(args: &AtlasArgs) -> Result<()> {
         {
             match Headless::new() {
                 Ok(gpu) => {
-                    let mut draw = panoramas(&gpu, table.lut())?;
+                    let mut draw = panoramas(&gpu, table)?;
                     bars.begin("panoramas", Some(density.panoramas() as usize));
                     panorama::sweep(table, density, &mut draw, &mut findings, &|| bars.step())?;
                     bars.end();
@@ -102,13 +104,15 @@ pub fn run(args: &AtlasArgs) -> Result<()> {
 /// What draws panoramas of a table's sky on a GPU.
 fn panoramas(
     gpu: &Headless,
-    lut: &Lut,
+    table: &UtmSky,
 ) -> Result<impl FnMut(&Conditions, f64) -> Result<Option<Panorama>>> {
     let target = gpu.target(SIZE, FORMAT)?;
-    let view = target.create_view(&wgpu::TextureViewDescriptor::default());
-    let mut renderer = SkyRenderer::new(&gpu.device, lut, FORMAT)?;
+    let target_view = target.create_view(&wgpu::TextureViewDescriptor::default());
+    let options = SkyRendererOptions::new(FORMAT, Output::Linear);
+    let renderer = SkyRenderer::new(&gpu.device, table, &options);
+    let mut view = renderer.view(&gpu.device);
     Ok(move |wanted: &Conditions, azimuth: f64| {
-        let frame = SkyFrame {
+        let frame = FrameSettings {
             observer_altitude: wanted.observer_altitude,
             haze: Haze::Turbidity(wanted.turbidity),
             sun: world_direction(
@@ -118,18 +122,24 @@ fn panoramas(
             sun_disc: false,
             exposure: Exposure::None,
             tone: None,
-            ..SkyFrame::default()
+            ..FrameSettings::default()
         };
         let camera = Camera::panorama(Projection::Equirectangular, facing(azimuth + 10.0));
         let Ok(conditions) = frame.conditions() else {
             return Ok(None);
         };
-        if lut.header().domain.check(&conditions).is_err() {
+        if table.domain().check(&conditions).is_err() {
             return Ok(None);
         }
-        renderer.update(&gpu.queue, &frame)?;
-        renderer.set_camera(&gpu.queue, 0, &camera);
-        gpu.draw(&mut renderer, &view, Tier::Fragment, |_, _| ());
+        renderer.update(&gpu.queue, &mut view, &frame)?;
+        renderer.set_camera(&gpu.queue, &mut view, &camera);
+        gpu.draw(
+            &renderer,
+            &mut view,
+            &target_view,
+            Tier::Fragment,
+            |_, _| (),
+        );
         let bytes = gpu.read(&target)?;
         let axes = frame.local_axes();
         let [width, height] = SIZE;

@@ -13,7 +13,7 @@ use sky_eval::chart::{offline, page};
 use sky_eval::models::{Model, Opened, Source, general_truth};
 use sky_eval::progress::Progress as _;
 use sky_gpu::headless::Headless;
-use sky_gpu::{Dome, SkyFrame, Tier};
+use sky_gpu::{Dome, FrameSettings, Tier};
 use sky_render::published::published;
 use sky_render::stage::{
     CASES, Cost, Draw, STAGE_PLACE, STAGE_SUN_ZENITH_DEG, Stage, adapter_name,
@@ -132,12 +132,12 @@ fn time_on_gpu(
                 draws.push(stage.draw(*case));
                 places.push(i);
             } else if let Some(shader) = sky.shader_sky() {
-                let axes = SkyFrame {
+                let axes = FrameSettings {
                     sun: world_direction(
                         Angle::ZERO,
                         Angle::from_degrees(90.0 - STAGE_SUN_ZENITH_DEG),
                     ),
-                    ..SkyFrame::default()
+                    ..FrameSettings::default()
                 }
                 .local_axes();
                 let clip_to_local = Stage::camera(*size).clip_to_local(axes);

@@ -8,8 +8,8 @@ use clap::{Args, ValueEnum};
 use naga::back::{glsl, hlsl, msl, spv};
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{Module, ShaderStage};
-use sky_core::lut::Lut;
-use sky_gpu::shader;
+use sky_core::lut::{Form, Interpolation, Lut};
+use sky_gpu::{Output, shader};
 
 use crate::args::{LutSource, lut_source};
 use crate::io::files::{OutputFile, create_directory};
@@ -48,6 +48,9 @@ pub struct ExportShadersArgs {
     pub out: PathBuf,
 }
 
+/// What the names of a program's files end in, for each of [`Output::ALL`].
+const ENDINGS: [&str; 4] = ["_linear", "", "_hdr10", "_scrgb"];
+
 /// Runs the command.
 ///
 /// # Errors
@@ -57,14 +60,17 @@ pub fn run(args: &ExportShadersArgs) -> Result<()> {
     create_directory(&args.out)?;
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
     for program in shader::PROGRAMS {
-        let name = program.0;
-        files.extend(translate(name, &shader::text(program, false), args.target)?);
-        let linear = format!("{name}_linear");
-        files.extend(translate(
-            &linear,
-            &shader::text(program, true),
-            args.target,
-        )?);
+        if args.target == ShaderTarget::GlslEs && !program.in_glsl_es {
+            continue;
+        }
+        for (output, ending) in Output::ALL.into_iter().zip(ENDINGS) {
+            let name = format!("{}{ending}", program.name);
+            files.extend(translate(
+                &name,
+                &shader::text(program, output),
+                args.target,
+            )?);
+        }
     }
     let floats = lut.data().iter().flat_map(|v| v.to_le_bytes()).collect();
     files.push(("sky.bin".to_owned(), floats));
@@ -164,6 +170,26 @@ fn glsl_files(
         .collect()
 }
 
+/// How a table is read between its nodes.
+const fn blending(form: Form, interpolation: Interpolation) -> &'static str {
+    match (form, interpolation) {
+        (Form::Extended, _) => {
+            "Blend linearly in altitude [km], in ln(T - 0.7) of the turbidity and in the sun's\n   zenith \
+             angle [deg]; the blended terms are the coefficients of SkyUniform."
+        }
+        (_, Interpolation::LogLinear) => {
+            "The terms of a node are Perez's formula; they do not blend. Blend ln Y, x and y of the\n   \
+             nodes' lights: linearly in altitude [km], in ln(T - 0.7) of the turbidity and in the\n   \
+             sun's zenith angle [deg]."
+        }
+        (_, Interpolation::ReportLagrange) => {
+            "The terms of a node are Perez's formula; they do not blend. Blend linear sRGB of the\n   \
+             nodes' lights: by Lagrange's weights over the four nearest altitudes [km], linearly in\n   \
+             the turbidity T and in the sun's zenith angle [deg]."
+        }
+    }
+}
+
 /// A C header that documents `sky.bin`.
 fn header(lut: &Lut) -> Result<String> {
     let h = lut.header();
@@ -178,10 +204,7 @@ fn header(lut: &Lut) -> Result<String> {
         h.form.name()
     )?;
     writeln!(out, "   Terms: {}.", h.terms.join(", "))?;
-    out.push_str(
-        "   Blend linearly in altitude [km], in ln(T - 0.7) of the turbidity and in the sun's zenith\n\
-         \x20  angle [deg]; the blended terms are the coefficients of SkyUniform. */\n",
-    );
+    writeln!(out, "   {} */", blending(h.form, h.interpolation))?;
     for (name, axis) in [
         ("ALTITUDE_KM", &h.altitude_km),
         ("TURBIDITY", &h.turbidity),
@@ -201,4 +224,20 @@ fn header(lut: &Lut) -> Result<String> {
         h.values_per_node()
     )?;
     Ok(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every form was said to blend in ln(T - 0.7) to coefficients of `SkyUniform`.
+    #[test]
+    fn b13_the_header_says_how_this_form_blends() {
+        let extended = blending(Form::Extended, Interpolation::LogLinear);
+        assert!(extended.contains("ln(T - 0.7)") && extended.contains("SkyUniform"));
+        let spherical = blending(Form::PerezSpherical, Interpolation::LogLinear);
+        assert!(spherical.contains("ln(T - 0.7)") && !spherical.contains("SkyUniform"));
+        let report = blending(Form::PerezReport, Interpolation::ReportLagrange);
+        assert!(report.contains("Lagrange") && !report.contains("ln(T"));
+    }
 }

@@ -134,10 +134,6 @@ fn plan(args: &PlanArgs, path: &Path, bars: &Bars) -> Result<()> {
         return Ok(());
     }
     let mut report = planned.report()?;
-    let without_effect = scene.without_effect();
-    if !without_effect.is_empty() {
-        writeln!(report, "\nwithout effect: {}", without_effect.join(", "))?;
-    }
     writeln!(
         report,
         "\nplanned in {:.0} s; written to {}",

@@ -26,7 +26,7 @@ use sky_science::sky_model::SkyModel;
 use crate::args::{
     Backend, Ev100, HAZE, SceneArgs, SceneKind, TierKind, ToneKind, ev100, look, size, within,
 };
-use crate::io::files::{OutputFile, has_extension, is_standard_output};
+use crate::io::files::{OutputFile, has_extension, is_standard_output, print};
 use crate::io::progress::Bars;
 use crate::io::scene::Scene;
 
@@ -132,6 +132,13 @@ pub fn run(args: &RenderArgs) -> Result<()> {
     let scene = Scene::open(&args.scene)?;
     let header = scene.sky.lut().header();
     let shot = shot(args, &scene.conditions, Some(header), is_exr);
+    let standing = shot.standing().observer_altitude.km();
+    if standing > scene.conditions.observer_altitude.km() && !is_standard_output(&args.out) {
+        print(&format!(
+            "the ground is higher than {} km there: seen from {standing:.3} km\n",
+            args.scene.place.altitude_km
+        ))?;
+    }
     let out = OutputFile::create(&args.out)?;
     let source = scene.source.clone();
     let pixels = match args.backend {
