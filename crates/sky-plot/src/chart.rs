@@ -114,6 +114,8 @@ const DOT_PX: f64 = 4.0;
 /// From a dot to its word, and to a word that stands so far that a line has to lead to it.
 const NEAR_PX: f64 = 6.0;
 const LED_PX: f64 = 12.0;
+/// Lines of more points are not kept clear of words.
+const MOST_CLEARED: usize = 16;
 
 /// A rectangle: left, top, right, bottom \[px\].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -138,6 +140,16 @@ impl Box {
     }
 }
 
+/// Small squares along a line, its ends left out: what must not be written over.
+fn along(from: [f64; 2], to: [f64; 2]) -> impl Iterator<Item = Box> {
+    const STEPS: u8 = 60;
+    (1..STEPS).map(move |i| {
+        let share = f64::from(i) / f64::from(STEPS);
+        let place = core::array::from_fn(|axis| from[axis] + share * (to[axis] - from[axis]));
+        Box::around(place, [1.0; 2])
+    })
+}
+
 /// A word that has its place.
 #[derive(Clone, Copy, Debug)]
 struct Placed {
@@ -155,13 +167,18 @@ impl Placed {
         (zoomed(left - self.at[0]), zoomed(top - self.at[1]))
     }
 
+    /// Where the word is nearest to the place.
+    fn nearest(&self) -> [f64; 2] {
+        let [left, top, right, bottom] = self.word.0;
+        [self.at[0].clamp(left, right), self.at[1].clamp(top, bottom)]
+    }
+
     /// A line from the place to the word; of no length where none is needed.
     fn leader(&self) -> [(i32, i32); 2] {
         if !self.is_led {
             return [(0, 0); 2];
         }
-        let [left, top, right, bottom] = self.word.0;
-        let nearest = [self.at[0].clamp(left, right), self.at[1].clamp(top, bottom)];
+        let nearest = self.nearest();
         [
             (0, 0),
             (
@@ -254,12 +271,25 @@ impl Chart {
             .chain(self.notes.iter().map(|note| &note.at))
             .map(|point| Box::around(at(*point), [2.0 * DOT_PX; 2]))
             .collect();
+        // a front or a path of few points is worth keeping clear, too
+        let lines = self.series.iter().filter(|series| {
+            series.stroke == Stroke::Dashed && series.points.len() <= MOST_CLEARED
+        });
+        taken.extend(lines.flat_map(|series| {
+            series
+                .points
+                .windows(2)
+                .flat_map(|ends| along(at(ends[0]), at(ends[1])))
+        }));
         self.notes
             .iter()
             .map(|note| {
                 let size = [LETTER_PX * index(note.text.trim().chars().count()), LINE_PX];
                 let placed = placed(at(note.at), size, plot, &taken);
                 taken.push(placed.word);
+                if placed.is_led {
+                    taken.extend(along(placed.at, placed.nearest()));
+                }
                 placed
             })
             .collect()
@@ -323,7 +353,7 @@ impl Chart {
                             .points
                             .iter()
                             .filter(inside)
-                            .map(|p| Circle::new((p[0], p[1]), 2 * ZOOM, style)),
+                            .map(|p| Circle::new((p[0], p[1]), 5 * ZOOM / 2, style)),
                     )
                     .map_err(drawing_error)?;
                 continue;

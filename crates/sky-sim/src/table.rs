@@ -264,6 +264,19 @@ fn stem(name: &str) -> &str {
         .unwrap_or(name)
 }
 
+/// The line of a record. The reader says where it began to look for it, before comments and blank lines.
+fn line_of(text: &str, record: &csv::StringRecord) -> u64 {
+    let Some(position) = record.position() else {
+        return 1;
+    };
+    let start = usize::try_from(position.byte()).unwrap_or(text.len());
+    let rest = text.get(start..).unwrap_or_default();
+    let skipped = rest
+        .split('\n')
+        .take_while(|line| line.starts_with('#') || line.trim_end_matches('\r').is_empty());
+    position.line() + u64::try_from(skipped.count()).unwrap_or(0)
+}
+
 fn names(specs: &[ColumnSpec]) -> String {
     specs.iter().map(|s| s.name).collect::<Vec<_>>().join(", ")
 }
@@ -317,7 +330,7 @@ impl Table {
         // one come nevertheless, the file ends there and the row count speaks.
         let mut records = reader.records().map_while(Result::ok);
         let header = records.next().ok_or_else(empty)?;
-        let header_line = header.position().map_or(1, csv::Position::line);
+        let header_line = line_of(text, &header);
         let found: Vec<String> = header.iter().map(str::to_lowercase).collect();
         if found.len() == 1 && found[0].contains(';') {
             return Err(TableError::Semicolons {
@@ -357,7 +370,7 @@ impl Table {
             place.iter().map(|p| p.map(|_| Vec::new())).collect();
         let mut lines = Vec::new();
         for record in records {
-            let line = record.position().map_or(header_line, csv::Position::line);
+            let line = line_of(text, &record);
             if record.len() != found.len() {
                 return Err(TableError::RaggedRow {
                     file: file.to_owned(),

@@ -182,7 +182,8 @@ fn refuse_what_is_unused(args: &RenderArgs, is_exr: bool) -> Result<()> {
     }
     let by_cpu = args.backend == Backend::Cpu;
     if let (true, Some(tier @ (TierKind::Vertex | TierKind::Baked))) = (by_cpu, args.tier) {
-        bail!("--tier: expected fragment with --backend cpu, which knows no other, found {tier:?}");
+        let found = format!("{tier:?}").to_lowercase();
+        bail!("--tier: expected fragment with --backend cpu, which knows no other, found {found}");
     }
     if is_exr && (args.ev100.is_some() || args.tone.is_some()) {
         bail!("--ev100, --tone: expected with a .png alone, for an .exr holds linear light");

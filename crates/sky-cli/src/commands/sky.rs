@@ -18,8 +18,7 @@ use crate::io::table::{DirectionArgs, yxy_map_csv};
         .args(HAZE)),
     after_help = "Examples:
   utm-sky sky --altitude-km 6 --turbidity 2 --sun-zenith-deg 60 --out yxy.csv
-  utm-sky sky --altitude-km 6 --turbidity 2 --sun-elevation-deg 30 --direction 80,0 --direction 80,90 \\
-      --out -
+  utm-sky sky --altitude-km 6 --turbidity 2 --sun-elevation-deg 30 --direction 80,0 --out -
   utm-sky sky --model preetham --altitude-km 0 --aod500 0.2 --sun-zenith-deg 40 --out preetham.csv"
 )]
 pub struct SkyArgs {

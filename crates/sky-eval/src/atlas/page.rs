@@ -91,7 +91,7 @@ fn map(
         y: (y.0.to_owned(), ends(y, by[1])),
         values: cells.iter().map(|bits| f64::from(*bits)).collect(),
         full_scale: 1.0,
-        size: [540, 400],
+        size: [524, 390],
     }
     .html_colored(|i| color(cells[i]))
     .map_err(Into::into)

@@ -482,8 +482,5 @@ mod tests {
                 row.model.name
             );
         }
-        if let Some(path) = std::env::var_os("UTM_SKY_DRAWN_SHEET") {
-            std::fs::write(path, &svg).unwrap();
-        }
     }
 }
