@@ -76,7 +76,7 @@ fn node_sum(node: u32, basis: Basis) -> vec3<f32> {
 }
 
 // The sky at a place of a ray in linear sRGB [cd/m2].
-fn sky_at(place: vec2<f32>, gamma: f32, mu: f32) -> vec3<f32> {
+fn sky_at(place: vec2<f32>, gamma: f32, cos_gamma: f32) -> vec3<f32> {
     let nodes = u32(aerial.node_count);
     let altitude_km = clamp(place.x, node_altitude(0u), node_altitude(nodes - 1u));
     var upper = 1u;
@@ -86,31 +86,31 @@ fn sky_at(place: vec2<f32>, gamma: f32, mu: f32) -> vec3<f32> {
     let low = node_altitude(upper - 1u);
     let fraction = (altitude_km - low) / (node_altitude(upper) - low);
     let x = (EARTH_RADIUS_KM + altitude_km) / vec2<f32>(AIR_SCALE_HEIGHT_KM, HAZE_SCALE_HEIGHT_KM);
-    let basis = sky_basis(place.y, vec4<f32>(x, sqrt(0.5 * x)), gamma, mu);
+    let basis = sky_basis(place.y, vec4<f32>(x, sqrt(0.5 * x)), gamma, cos_gamma);
     let sum = mix(node_sum(upper - 1u, basis), node_sum(upper, basis), fraction);
     let left = exp(air_level(place.x).x - air_level(altitude_km).x);
     return left * linear_srgb_from_yxy(vec3<f32>(exp(sum.x), within_locus(sum.yz)));
 }
 
-fn molecular_scattering(mu: f32) -> f32 {
-    return 0.75 * (1.0 + mu * mu) + SCATTERED_BEFORE;
+fn molecular_scattering(cos_gamma: f32) -> f32 {
+    return 0.75 * (1.0 + cos_gamma * cos_gamma) + SCATTERED_BEFORE;
 }
 
 // The sky from a place toward the ray, or mirrored at the horizontal where the ray descends.
-fn sky_toward(place: vec2<f32>, gamma: f32, mu: f32, descends: bool) -> vec3<f32> {
+fn sky_toward(place: vec2<f32>, gamma: f32, cos_gamma: f32, descends: bool) -> vec3<f32> {
     let cosine = select(place.y, -place.y, descends);
     let across = sqrt(max(1.0 - cosine * cosine, 0.0)) * aerial.sun_sin_cos.x;
     let level = cosine * aerial.sun_sin_cos.y;
-    let nearest = clamp(mu, level - across, level + across);
+    let nearest = clamp(cos_gamma, level - across, level + across);
     let air = aerial.air_per_km.z * exp(air_level(place.x).x);
     let haze = aerial.haze_per_km.z * exp(-place.x * aerial.haze_per_scale_height);
-    let mirrored = clamp(mu + (nearest - mu) * air / (air + haze), -1.0, 1.0);
+    let mirrored = clamp(cos_gamma + (nearest - cos_gamma) * air / (air + haze), -1.0, 1.0);
     let mirrored_gamma = angle_from(sqrt(1.0 - mirrored * mirrored), mirrored);
-    let ratio = molecular_scattering(mu) / molecular_scattering(mirrored);
+    let ratio = molecular_scattering(cos_gamma) / molecular_scattering(mirrored);
     return select(1.0, ratio, descends) * sky_at(
         vec2<f32>(place.x, cosine),
         select(gamma, mirrored_gamma, descends),
-        select(mu, mirrored, descends),
+        select(cos_gamma, mirrored, descends),
     );
 }
 

@@ -8,8 +8,8 @@ fn held(cosine: f32, lowest: f32) -> f32 {
 }
 
 // Luminance [cd/m2], x and y from a direction in the local frame at or above the horizon.
-fn sky_yxy(cosine: f32, gamma: f32, mu: f32) -> vec3<f32> {
-    let basis = sky_basis(held(cosine, sky.cos_lowest), vec4<f32>(sky.radii, sky.radii_roots), gamma, mu);
+fn sky_yxy(cosine: f32, gamma: f32, cos_gamma: f32) -> vec3<f32> {
+    let basis = sky_basis(held(cosine, sky.cos_lowest), vec4<f32>(sky.radii, sky.radii_roots), gamma, cos_gamma);
     let a = sky.coefficients[0] * basis.a.x + sky.coefficients[1] * basis.a.y
         + sky.coefficients[2] * basis.a.z + sky.coefficients[3] * basis.a.w;
     let b = sky.coefficients[4] * basis.b.x + sky.coefficients[5] * basis.b.y
@@ -37,13 +37,13 @@ fn to_local(world: vec3<f32>) -> vec3<f32> {
 // Light of the sun's disc, black outside it and below the horizon.
 fn sun_disc(direction: vec3<f32>) -> vec3<f32> {
     let sun = sky.sun_sin_cos;
-    let mu = direction.x * sun.x + direction.z * sun.y;
+    let cos_gamma = direction.x * sun.x + direction.z * sun.y;
     let across = direction.z * sun.x - direction.x * sun.y;
     let from_center = (direction.y * direction.y + across * across) / (sky.sin_sun_radius * sky.sin_sun_radius);
     let limb = 1.0 - LIMB_DARKENING * (1.0 - sqrt(max(1.0 - from_center, 0.0)));
     let lower = sky.sun_lower_cosine;
     let height = (direction.z - lower) / max(sky.sun_upper_cosine - lower, 1e-9);
     let light = limb * mix(sky.sun_lower, sky.sun_upper, clamp(height, 0.0, 1.0));
-    let inside = mu > 0.0 && from_center < 1.0 && is_sky(direction);
+    let inside = cos_gamma > 0.0 && from_center < 1.0 && is_sky(direction);
     return select(vec3<f32>(0.0, 0.0, 0.0), light, inside);
 }

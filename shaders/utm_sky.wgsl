@@ -52,7 +52,7 @@ struct Basis {
     f: vec4<f32>,
 }
 
-fn sky_basis(cosine: f32, radii: vec4<f32>, gamma: f32, mu: f32) -> Basis {
+fn sky_basis(cosine: f32, radii: vec4<f32>, gamma: f32, cos_gamma: f32) -> Basis {
     let masses = reciprocal_masses(cosine, radii);
     let near = 1.0 / (1.0 + vec4<f32>(1.0, 3.0, 10.0, 50.0) * masses.x);
     let far = 1.0 / (1.0 + vec4<f32>(200.0, 1000.0, 0.0, 0.0) * masses.x);
@@ -62,11 +62,11 @@ fn sky_basis(cosine: f32, radii: vec4<f32>, gamma: f32, mu: f32) -> Basis {
     let e4 = e2 * e2;
     var basis: Basis;
     basis.a = vec4<f32>(1.0, near.y, e2, near.w);
-    basis.b = vec4<f32>(far.x, mu * mu, far.x * mu, haze.x * mu);
-    basis.c = vec4<f32>(haze.x, haze.x * e2, near.w * mu, near.y * mu);
-    basis.d = vec4<f32>(far.y, haze.z * e1, far.y * mu, near.x * (mu * mu));
+    basis.b = vec4<f32>(far.x, cos_gamma * cos_gamma, far.x * cos_gamma, haze.x * cos_gamma);
+    basis.c = vec4<f32>(haze.x, haze.x * e2, near.w * cos_gamma, near.y * cos_gamma);
+    basis.d = vec4<f32>(far.y, haze.z * e1, far.y * cos_gamma, near.x * (cos_gamma * cos_gamma));
     basis.e = vec4<f32>(far.y * e1, near.x * (e4 * e4), near.x, far.x * e1);
-    basis.f = vec4<f32>(near.z * mu, haze.y * e1, 0.0, 0.0);
+    basis.f = vec4<f32>(near.z * cos_gamma, haze.y * e1, 0.0, 0.0);
     return basis;
 }
 
@@ -85,8 +85,8 @@ fn within_locus(xy: vec2<f32>) -> vec2<f32> {
 // The angle from the sun and its cosine; directions are in the local frame (z up, the sun above x),
 // the sun as sine and cosine of its zenith angle. The third is the angle's sine.
 fn angle_from_sun(direction: vec3<f32>, sun: vec2<f32>) -> vec3<f32> {
-    let mu = direction.x * sun.x + direction.z * sun.y;
+    let cos_gamma = direction.x * sun.x + direction.z * sun.y;
     let across = direction.z * sun.x - direction.x * sun.y;
     let sine = sqrt(direction.y * direction.y + across * across);
-    return vec3<f32>(angle_from(sine, mu), mu, sine);
+    return vec3<f32>(angle_from(sine, cos_gamma), cos_gamma, sine);
 }

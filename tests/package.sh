@@ -19,7 +19,8 @@ cargo package --workspace --exclude sky-tests --no-verify --locked --allow-dirty
     echo '[patch.crates-io]'
 } > "$unpacked/Cargo.toml"
 for crate in "$packed"/*.crate; do
-    tar -xzf "$crate" -C "$unpacked"
+    # packed files are all of one old date: with the date of today, what was built before is not kept
+    tar -xzmf "$crate" -C "$unpacked"
     directory="$(basename "$crate" .crate)"
     for license in LICENSE-MIT LICENSE-APACHE README.md; do
         if [ ! -f "$unpacked/$directory/$license" ]; then

@@ -271,7 +271,7 @@ fn haze_that_cannot_be() {
         ("--visual-range-km 0", ["--visual-range-km", "above 0", "0"]),
         (
             "--visual-range-km 500",
-            ["visual range", "at most 340", "500"],
+            ["visual range", "at most 333.97", "500"],
         ),
         (
             "--angstrom-beta nan",

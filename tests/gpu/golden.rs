@@ -145,12 +145,12 @@ impl Golden {
 
 /// Red, green and blue of a picture, row by row.
 #[derive(Clone)]
-struct Picture {
+struct Image {
     size: [u32; 2],
     bytes: Vec<u8>,
 }
 
-impl Picture {
+impl Image {
     fn drawn(painter: &mut Painter, shot: &Shot) -> Self {
         match painter.draw(shot).expect("a picture") {
             Pixels::Srgb8(bytes) => Self {
@@ -238,12 +238,12 @@ fn pictures_are_those_that_were_kept() {
         .unwrap_or_else(|error| panic!("{error}"));
     let mut wrong = Vec::new();
     for golden in goldens() {
-        let found = Picture::drawn(&mut painter, &golden.shot());
+        let found = Image::drawn(&mut painter, &golden.shot());
         let path = references().join(golden.file());
         if bless {
             found.write(&path);
         }
-        match Picture::read(&path).and_then(|reference| found.agrees_with(&reference)) {
+        match Image::read(&path).and_then(|reference| found.agrees_with(&reference)) {
             Ok((worst, strays)) => println!("{}: worst {worst}/255, {strays} strays", golden.name),
             Err(error) => {
                 let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join(golden.file());
@@ -279,7 +279,7 @@ fn every_kept_picture_is_drawn_and_small() {
 
 #[test]
 fn a_missing_reference_is_an_error_and_blessing_is_asked_for() {
-    let Err(error) = Picture::read(&references().join("none.png")) else {
+    let Err(error) = Image::read(&references().join("none.png")) else {
         panic!("no such file");
     };
     assert!(error.contains("expected the reference"), "{error}");
@@ -298,8 +298,7 @@ fn a_missing_reference_is_an_error_and_blessing_is_asked_for() {
 #[test]
 fn a_picture_altered_by_four_steps_is_refused() {
     for golden in goldens() {
-        let kept =
-            Picture::read(&references().join(golden.file())).unwrap_or_else(|e| panic!("{e}"));
+        let kept = Image::read(&references().join(golden.file())).unwrap_or_else(|e| panic!("{e}"));
         let pixels = kept.bytes.len() / 3;
         // every `stride`-th pixel of a channel
         let altered = |channel: usize, stride: usize, steps: u8| {
@@ -320,7 +319,7 @@ fn a_picture_altered_by_four_steps_is_refused() {
             let driver = altered(channel, 1, TOLERANCE).agrees_with(&kept);
             assert_eq!(driver, Ok((TOLERANCE, 0)), "{}", golden.name);
         }
-        let cut = Picture {
+        let cut = Image {
             size: [SIZE[0], SIZE[1] - 1],
             bytes: kept.bytes[3 * SIZE[0] as usize..].to_vec(),
         };

@@ -1,4 +1,5 @@
-//! The transport engine against closed forms, published radiances and an independent solver.
+//! The transport engine against closed forms, radiances computed by a separate program and an
+//! independent solver.
 
 #![expect(
     clippy::print_stdout,
@@ -8,8 +9,8 @@
 use sky_core::direction::SkyDirection;
 use sky_core::haze::Haze;
 use sky_core::quantity::{Angle, Length};
+use sky_science::phase;
 use sky_sim::optics::{OpticalProfile, OpticsSettings};
-use sky_sim::phase;
 use sky_sim::profile::AtmosphereProfile;
 use sky_sim::transport::{Transport, TransportError, TransportSettings};
 
@@ -86,7 +87,7 @@ fn a_white_world_without_absorption_keeps_its_light() {
 }
 
 #[test]
-fn the_published_radiances_are_met() {
+fn the_radiances_of_a_separate_program_are_met() {
     let text = include_str!("../reference/reference_sky_radiance.csv");
     let rows: Vec<Vec<f64>> = text
         .lines()

@@ -178,7 +178,7 @@ fn finite_paths_meet_the_transport_engine() {
         let through = transmittance(&optics, case);
         let through_y = weights.xyz(&through).y / white;
         let (altitude, sun_zenith, direction) = at_object(case);
-        let solved = truth.solved(c.turbidity);
+        let solved = truth.solved(c.turbidity).expect("thin air");
         let near = solved.radiance_ratio(c.observer_altitude, c.sun_zenith, &[case.direction]);
         let far = solved.radiance_ratio(altitude, sun_zenith, &[direction]);
         let scattered: Vec<f64> = (0..near.len())

@@ -1,6 +1,7 @@
 //! The table: its file, the one that ships, finite paths, what the report and the atlas say of it.
 
 mod aerial;
+mod faults;
 mod format;
 mod report;
 mod stability;

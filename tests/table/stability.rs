@@ -2,13 +2,15 @@
 
 #![expect(clippy::unwrap_used, reason = "tests")]
 
+use std::cell::Cell;
 use std::path::Path;
 
 use proptest::collection::vec;
 use proptest::prelude::*;
+use proptest::test_runner::TestRunner;
 use sky_cli::io::table::DirectionTable;
 use sky_core::color::Yxy;
-use sky_core::conditions::{Conditions, Domain, OutsideDomain};
+use sky_core::conditions::{Conditions, Domain};
 use sky_core::direction::SkyDirection;
 use sky_core::lut::Lut;
 use sky_core::utm_sky::EMBEDDED_LUT;
@@ -19,7 +21,7 @@ use sky_eval::atlas::sweep::Findings;
 use sky_eval::fit_stress::{CELLS, DAMAGES, Effort, METHODS, maps, stress};
 use sky_eval::grid::parse_grid;
 use sky_eval::progress::Silent;
-use sky_science::sky_model::SkyModel;
+use sky_science::sky_model::{SkyError, SkyModel};
 use sky_science::table_sky::TableSky;
 use sky_sim::optics::OpticalProfile;
 use sky_sim::profile::AtmosphereProfile;
@@ -149,7 +151,7 @@ impl SkyModel for Broken {
         &self,
         conditions: &Conditions,
         directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain> {
+    ) -> Result<Vec<Yxy>, SkyError> {
         let km = conditions.observer_altitude.km();
         Ok(directions
             .iter()
@@ -213,7 +215,7 @@ fn the_sweep_finds_each_fault_that_was_put_in() {
 }
 
 #[test]
-fn undamaged_skies_are_fitted_alike_from_1000_random_starts() {
+fn b5_maps_are_counted_and_every_method_has_as_many_starts() {
     let effort = Effort {
         starts: 1000,
         damages: 3,
@@ -226,14 +228,20 @@ fn undamaged_skies_are_fitted_alike_from_1000_random_starts() {
                 .find(|r| DAMAGES[r.damage].1 == damage && METHODS[r.method].1 == method)
                 .unwrap()
         };
+        // the eight starts are the same for every fit of a map, so that a map is one fit
         let undamaged = row("none", "safeguarded");
-        assert_eq!(undamaged.fits, 1000);
-        assert!(undamaged.succeeded >= 999, "{undamaged:?}");
-        // the safeguards are worth something
-        let plain = row("none", "plain");
-        assert!(plain.succeeded < undamaged.succeeded, "{plain:?}");
+        assert_eq!(
+            [undamaged.fits, undamaged.succeeded],
+            [1, 1],
+            "{undamaged:?}"
+        );
+        assert_eq!(row("none", "plain_eight").fits, 1);
+        // the safeguards are worth something, start by start
+        let (one, plain) = (row("none", "one_start"), row("none", "plain"));
+        assert_eq!([one.fits, plain.fits], [1000, 1000]);
+        assert!(plain.succeeded < one.succeeded, "{plain:?} {one:?}");
         let noisy = row("noise_1_percent", "safeguarded");
-        assert_eq!(noisy.refused, 0);
+        assert_eq!([noisy.fits, noisy.refused], [3, 0]);
         assert!(noisy.radiance_worst <= 0.01, "{noisy:?}");
         let black = row("zero_luminance", "safeguarded");
         assert_eq!(black.refused, black.fits, "{black:?}");
@@ -288,22 +296,68 @@ proptest! {
             prop_assert!(table.column(0).iter().all(|z| (0.0..=180.0).contains(z)));
         }
     }
+}
 
-    #[test]
-    fn a_grid_of_any_numbers_is_read_or_refused(
-        axes in vec(vec(prop::num::f64::ANY, 0..6), 3),
-        form in "extended|perez-report|perez-spherical|other",
-    ) {
-        let list = |nodes: &[f64]| {
-            let items: Vec<String> = nodes.iter().map(|n| format!("{n:e}")).collect();
-            items.join(",")
-        };
-        let text = format!(
-            "altitude_km=[{}]\nturbidity=[{}]\nsun_zenith_deg=[{}]\nform=\"{form}\"\n",
-            list(&axes[0]), list(&axes[1]), list(&axes[2])
-        );
-        if let Ok(grid) = parse_grid("any.toml", &text) {
-            prop_assert!(grid.nodes() >= 8);
-        }
-    }
+/// Nodes of an axis: mostly ascending ones within bounds, else any numbers.
+fn axis([low, high]: [f64; 2]) -> impl Strategy<Value = Vec<f64>> {
+    let ascending = vec(low..=high, 1..6).prop_map(|mut nodes| {
+        nodes.sort_by(f64::total_cmp);
+        nodes.dedup();
+        nodes
+    });
+    prop_oneof![9 => ascending, 1 => vec(prop::num::f64::ANY, 0..6)]
+}
+
+#[test]
+fn b6_a_grid_is_read_if_it_is_one_and_most_that_are_drawn_are() {
+    const BOUNDS: [[f64; 2]; 3] = [[0.0, 30.0], [1.0, 12.0], [0.0, 96.0]];
+    let form = prop_oneof![
+        9 => "extended|perez-report|perez-spherical",
+        1 => Just("other".to_owned()),
+    ];
+    let drawn = (axis(BOUNDS[0]), axis(BOUNDS[1]), axis(BOUNDS[2]), form);
+    let (read, refused) = (Cell::new(0), Cell::new(0));
+    let config = ProptestConfig {
+        failure_persistence: None,
+        ..ProptestConfig::with_cases(400)
+    };
+    TestRunner::new(config)
+        .run(&drawn, |(altitude, turbidity, sun, form)| {
+            let axes = [altitude, turbidity, sun];
+            let list = |nodes: &[f64]| {
+                let items: Vec<String> = nodes.iter().map(|n| format!("{n:e}")).collect();
+                items.join(",")
+            };
+            let text = format!(
+                "altitude_km=[{}]\nturbidity=[{}]\nsun_zenith_deg=[{}]\nform=\"{form}\"\n",
+                list(&axes[0]),
+                list(&axes[1]),
+                list(&axes[2])
+            );
+            let is_grid = form != "other"
+                && axes.iter().zip(BOUNDS).all(|(nodes, [low, high])| {
+                    !nodes.is_empty()
+                        && nodes.iter().all(|n| (low..=high).contains(n))
+                        && nodes.windows(2).all(|pair| pair[0] < pair[1])
+                });
+            match parse_grid("any.toml", &text) {
+                Ok(grid) => {
+                    prop_assert!(is_grid, "{text}");
+                    let found = [&grid.altitude_km, &grid.turbidity, &grid.sun_zenith_deg];
+                    prop_assert_eq!(found.map(|axis| axis.nodes().to_vec()), axes);
+                    read.set(read.get() + 1);
+                }
+                Err(error) => {
+                    prop_assert!(!is_grid, "{text}: {error}");
+                    refused.set(refused.get() + 1);
+                }
+            }
+            Ok(())
+        })
+        .unwrap();
+    let [read, refused] = [read.get(), refused.get()];
+    assert!(
+        read > 200 && refused > 40,
+        "{read} were read, {refused} refused"
+    );
 }

@@ -15,10 +15,9 @@
 //! for 0.69).
 
 use sky_core::haze::{HAZE_SCALE_HEIGHT_KM, optical_depth_500_from_turbidity};
-use sky_core::quantity::EARTH_RADIUS_KM;
 
-use crate::phase;
 use crate::texture::singles;
+use sky_science::phase;
 
 /// Top of the atmosphere \[km\]; nothing is above.
 pub const TOP_KM: f64 = 100.0;
@@ -153,7 +152,7 @@ impl Atmosphere {
     /// Phase function of the molecules \[sr⁻¹\].
     #[must_use]
     pub fn rayleigh_phase(&self, cos_gamma: f64) -> f64 {
-        phase::rayleigh_depolarized(cos_gamma, self.rayleigh_depolarization)
+        phase::rayleigh(cos_gamma, self.rayleigh_depolarization)
     }
 
     /// Phase function of the aerosol \[sr⁻¹\].
@@ -262,74 +261,6 @@ fn at(steps: &[f64], altitude_km: f64, logarithmic: bool) -> f64 {
     }
 }
 
-/// A ray from an altitude: where it leaves the atmosphere or meets the ground, and the altitude and
-/// local vertical along it.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Ray {
-    altitude_km: f64,
-    radius_km: f64,
-    cos_zenith: f64,
-}
-
-impl Ray {
-    pub(crate) fn new(altitude_km: f64, cos_zenith: f64) -> Self {
-        Self {
-            altitude_km,
-            radius_km: EARTH_RADIUS_KM + altitude_km,
-            cos_zenith,
-        }
-    }
-
-    /// Altitude of the lowest point of the whole line \[km\]; negative where it meets the ground.
-    fn lowest_km(&self) -> f64 {
-        let mu = self.cos_zenith;
-        let sin = (1.0 - mu * mu).max(0.0).sqrt();
-        self.altitude_km - self.radius_km * mu * mu / (1.0 + sin)
-    }
-
-    pub(crate) fn meets_ground(&self) -> bool {
-        self.cos_zenith < 0.0 && self.lowest_km() < 0.0
-    }
-
-    /// Length up to the top of the atmosphere \[km\].
-    pub(crate) fn to_top_km(self) -> f64 {
-        self.to_sphere_km(TOP_KM, 1.0)
-    }
-
-    /// Length down to the ground \[km\].
-    pub(crate) fn to_ground_km(self) -> f64 {
-        self.to_sphere_km(0.0, -1.0)
-    }
-
-    fn to_sphere_km(self, altitude_km: f64, side: f64) -> f64 {
-        let along = self.radius_km * self.cos_zenith;
-        let rise = (altitude_km - self.altitude_km)
-            * (2.0 * EARTH_RADIUS_KM + altitude_km + self.altitude_km);
-        (-along + side * (along * along + rise).max(0.0).sqrt()).max(0.0)
-    }
-
-    /// Altitude \[km\] and radius \[km\] at a distance.
-    #[inline]
-    pub(crate) fn at(&self, distance_km: f64) -> [f64; 2] {
-        let rise = distance_km * (2.0 * self.radius_km * self.cos_zenith + distance_km);
-        let radius = (self.radius_km * self.radius_km + rise).sqrt();
-        [self.altitude_km + rise / (self.radius_km + radius), radius]
-    }
-
-    /// Cosine of a far light's local zenith angle at a distance, from its cosine at the start and
-    /// the cosine between ray and light.
-    #[inline]
-    pub(crate) fn cos_light(&self, distance_km: f64, radius_km: f64, start: f64, nu: f64) -> f64 {
-        ((self.radius_km * start + distance_km * nu) / radius_km).clamp(-1.0, 1.0)
-    }
-
-    /// Cosine of the ray's own local zenith angle at a distance.
-    #[inline]
-    pub(crate) fn cos_zenith_at(&self, distance_km: f64, radius_km: f64) -> f64 {
-        ((self.radius_km * self.cos_zenith + distance_km) / radius_km).clamp(-1.0, 1.0)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -375,18 +306,5 @@ mod tests {
         assert!((rayleigh / (8.0 * 2.740_461e-2) - 1.0).abs() < 1e-4);
         let ozone = column(|z| clean.at(z).extinction[0] - clean.at(z).rayleigh[0]);
         assert!((ozone / 4.073_83e-2 - 1.0).abs() < 0.01, "{ozone}");
-    }
-
-    #[test]
-    fn rays_know_ground_and_top() {
-        let up = Ray::new(0.0, 1.0);
-        assert!((up.to_top_km() - 100.0).abs() < 1e-9);
-        let down = Ray::new(10.0, -1.0);
-        assert!(down.meets_ground() && (down.to_ground_km() - 10.0).abs() < 1e-9);
-        let level = Ray::new(0.0, 0.0);
-        assert!(!level.meets_ground());
-        let [altitude, radius] = level.at(100.0);
-        assert!((altitude - (6371.0_f64.hypot(100.0) - 6371.0)).abs() < 1e-9);
-        assert!((radius - 6371.0 - altitude).abs() < 1e-9);
     }
 }

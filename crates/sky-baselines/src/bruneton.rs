@@ -18,14 +18,15 @@ use core::f64::consts::PI;
 use std::sync::Arc;
 
 use sky_core::color::Yxy;
-use sky_core::conditions::{Conditions, Domain, OutsideDomain};
+use sky_core::conditions::{Conditions, Domain};
 use sky_core::direction::SkyDirection;
 use sky_core::quantity::EARTH_RADIUS_KM;
-use sky_science::sky_model::SkyModel;
+use sky_science::sky_model::{SkyError, SkyModel};
 
-use crate::atmosphere::{Atmosphere, Optics, Ray, TOP_KM};
+use crate::atmosphere::{Atmosphere, Optics, TOP_KM};
 use crate::cache::Cache;
 use crate::hillaire::{Transmittance, attenuated, steps};
+use crate::ray::{self, Ray, horizon_km, horizon_to_top_km};
 use crate::texture::single;
 use crate::view;
 
@@ -53,14 +54,6 @@ const ORDER_STEPS: u16 = 20;
 const ORDERS: usize = 4;
 /// Cosine of the lowest sun, 102°.
 const LEAST_COS_SUN: f64 = -0.208;
-
-fn horizon_to_top_km() -> f64 {
-    (TOP_KM * (2.0 * EARTH_RADIUS_KM + TOP_KM)).sqrt()
-}
-
-fn horizon_km(altitude_km: f64) -> f64 {
-    (altitude_km * (2.0 * EARTH_RADIUS_KM + altitude_km)).sqrt()
-}
 
 /// Place of an altitude on the tables' axis.
 #[must_use]
@@ -561,7 +554,7 @@ impl SkyModel for Bruneton {
         &self,
         conditions: &Conditions,
         directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain> {
+    ) -> Result<Vec<Yxy>, SkyError> {
         DOMAIN.check(conditions)?;
         let tables = self.tables(conditions.turbidity);
         let altitude_km = conditions.observer_altitude.km();
@@ -570,7 +563,7 @@ impl SkyModel for Bruneton {
         let sun_cell = cell(sun_place(conditions.sun_zenith.radians().cos()), SUNS);
         let matrix = self.air.matrix();
         Ok(view::each(directions, |v| {
-            if view::meets_ground(single(altitude_km), v[2]) {
+            if ray::meets_ground(single(altitude_km), v[2]) {
                 return [0.0; 3];
             }
             let nu = f64::from(view::cos_gamma(sun, v));

@@ -11,7 +11,7 @@ use sky_core::color::Yxy;
 use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
 use sky_science::shader_sky::{ShaderFrame, ShaderSky};
-use sky_science::sky_model::SkyModel;
+use sky_science::sky_model::{SkyError, SkyModel};
 
 use crate::preetham::{self, preetham_turbidity, zenith_luminance_cd_m2};
 use crate::texture::single;
@@ -85,7 +85,7 @@ impl SkyModel for CieClear {
         &self,
         conditions: &Conditions,
         directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain> {
+    ) -> Result<Vec<Yxy>, SkyError> {
         let (sun, scale) = Self::frame(conditions)?;
         let light = |d| {
             let v = view::unit_vector(d);
@@ -139,7 +139,7 @@ impl SkyModel for CieOvercast {
         &self,
         conditions: &Conditions,
         directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain> {
+    ) -> Result<Vec<Yxy>, SkyError> {
         let zenith = Self::zenith(conditions)?;
         let light = |d: &SkyDirection| {
             let cos_view = single(d.view_zenith.radians()).cos();

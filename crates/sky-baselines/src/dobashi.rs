@@ -19,13 +19,14 @@ use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
 use sky_core::quantity::EARTH_RADIUS_KM;
 use sky_science::shader_sky::{ShaderFrame, ShaderSky};
-use sky_science::sky_model::SkyModel;
+use sky_science::sky_model::{SkyError, SkyModel};
 
-use crate::atmosphere::{Atmosphere, Ray, TOP_KM};
+use crate::atmosphere::{Atmosphere, TOP_KM};
 use crate::cache::Cache;
 use crate::nishita::{self, AIR_SCALE_KM, SingleFrame, SingleScattering};
+use crate::ray::{self, EARTH_RADIUS, Ray};
 use crate::texture::{Table, single};
-use crate::view::{self, EARTH_RADIUS};
+use crate::view;
 
 /// As Nishita's, but from below the top of the tables' fine part.
 pub const DOMAIN: Domain = nishita::DOMAIN;
@@ -85,20 +86,43 @@ pub fn cosine_from_column(column: f64) -> f64 {
     root * root.abs()
 }
 
+/// Relative densities of air and haze. A ray under the ground meets the density of the ground; no ray
+/// of the sky does.
+fn densities(scales_km: [f64; 2], altitude_km: f64) -> [f64; 2] {
+    scales_km.map(|scale| (-altitude_km.max(0.0) / scale).exp())
+}
+
+/// One segment: light by air, light by haze, what passes.
+fn segment(ray: Ray, scales_km: [f64; 2], rayleigh: [f64; 3], haze: [f64; 3]) -> [[f64; 4]; 3] {
+    let step = PLANES_KM / f64::from(STEPS);
+    let mut parts = [[0.0; 4], [0.0; 4], [1.0; 4]];
+    for i in 0..STEPS {
+        let [altitude, _] = ray.at((f64::from(i) + 0.5) * step);
+        let density = densities(scales_km, altitude);
+        for k in 0..3 {
+            let (r, m) = (rayleigh[k] * density[0], haze[k] * density[1]);
+            let half = (-0.5 * (r + m) * step).exp();
+            let transmittance = parts[2][k] * half;
+            parts[0][k] += r * transmittance * step;
+            parts[1][k] += m * transmittance * step;
+            parts[2][k] = transmittance * half;
+        }
+    }
+    parts
+}
+
 impl Tables {
     fn build(air: &SingleScattering, turbidity: f64) -> Self {
         let atmosphere = &air.atmosphere;
         let rayleigh = atmosphere.rayleigh_scattering_per_km;
         let haze = atmosphere.aerosol_extinction_per_km(turbidity);
         let scales = [AIR_SCALE_KM, atmosphere.aerosol_scale_height_km];
-        // A ray under the ground meets the density of the ground; no ray of the sky does.
-        let densities = |altitude: f64| scales.map(|scale| (-altitude.max(0.0) / scale).exp());
         let upward = |ray: Ray| {
             let length = ray.to_top_km();
             let mut sums = [0.0; 2];
             for i in 0..STEPS {
                 let u = (f64::from(i) + 0.5) / f64::from(STEPS);
-                let density = densities(ray.at(length * u * u * u)[0]);
+                let density = densities(scales, ray.at(length * u * u * u)[0]);
                 sums[0] += u * u * density[0];
                 sums[1] += u * u * density[1];
             }
@@ -124,27 +148,11 @@ impl Tables {
             });
             [r, g, b, 0.0]
         });
-        // One segment: light by air, light by haze, what passes.
-        let segment = |column: f64, row: f64| {
-            let ray = Ray::new(altitude_from_row(row), cosine_from_column(column));
-            let step = PLANES_KM / f64::from(STEPS);
-            let mut parts = [[0.0; 4], [0.0; 4], [1.0; 4]];
-            for i in 0..STEPS {
-                let [altitude, _] = ray.at((f64::from(i) + 0.5) * step);
-                let density = densities(altitude);
-                for k in 0..3 {
-                    let (r, m) = (rayleigh[k] * density[0], haze[k] * density[1]);
-                    let half = (-0.5 * (r + m) * step).exp();
-                    let transmittance = parts[2][k] * half;
-                    parts[0][k] += r * transmittance * step;
-                    parts[1][k] += m * transmittance * step;
-                    parts[2][k] = transmittance * half;
-                }
-            }
-            parts
-        };
         let part = |which: usize| {
-            Table::build(ANGLES, ALTITUDES, |column, row| segment(column, row)[which])
+            Table::build(ANGLES, ALTITUDES, |column, row| {
+                let ray = Ray::new(altitude_from_row(row), cosine_from_column(column));
+                segment(ray, scales, rayleigh, haze)[which]
+            })
         };
         Self {
             sunlight,
@@ -163,7 +171,7 @@ impl Tables {
 
     /// Eq. 12: CIE XYZ \[cd·m⁻²\] from a unit vector.
     fn light(&self, frame: &SingleFrame, v: [f32; 3]) -> [f32; 3] {
-        if view::meets_ground(frame.altitude_km, v[2]) {
+        if ray::meets_ground(frame.altitude_km, v[2]) {
             return [0.0; 3];
         }
         let start = EARTH_RADIUS + frame.altitude_km;
@@ -174,7 +182,7 @@ impl Tables {
         let mut transmittance = [1.0_f32; 3];
         for plane in 0..PLANES {
             let distance = f32::from(plane) * single(PLANES_KM);
-            let [altitude, radius] = nishita::point(frame.altitude_km, v[2], distance);
+            let [altitude, radius] = ray::point(frame.altitude_km, v[2], distance);
             if altitude > single(TOP_KM) {
                 break;
             }
@@ -226,7 +234,7 @@ impl SkyModel for Dobashi {
         &self,
         conditions: &Conditions,
         directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain> {
+    ) -> Result<Vec<Yxy>, SkyError> {
         let frame = self.air.frame(conditions)?;
         let tables = self.tables(conditions.turbidity);
         Ok(view::each(directions, |v| tables.light(&frame, v)))

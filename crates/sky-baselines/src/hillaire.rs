@@ -18,10 +18,11 @@ use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::{SkyDirection, horizon_dip};
 use sky_core::quantity::EARTH_RADIUS_KM;
 use sky_science::shader_sky::{ShaderFrame, ShaderSky};
-use sky_science::sky_model::SkyModel;
+use sky_science::sky_model::{SkyError, SkyModel};
 
-use crate::atmosphere::{Atmosphere, Optics, Ray, TOP_KM};
+use crate::atmosphere::{Atmosphere, Optics, TOP_KM};
 use crate::cache::Cache;
+use crate::ray::{self, Ray, horizon_km, horizon_to_top_km};
 use crate::texture::{Table, single};
 use crate::view;
 
@@ -42,18 +43,13 @@ const SKY_VIEW_STEPS: u16 = 30;
 /// Directions of the multiple scattering: 8 × 8.
 const MULTIPLE_SIDE: u16 = 8;
 
-/// Length of the ray that touches the ground, from there to the top \[km\].
-fn horizon_to_top_km() -> f64 {
-    (TOP_KM * (2.0 * EARTH_RADIUS_KM + TOP_KM)).sqrt()
-}
-
 /// Place in the transmittance table of an altitude and the cosine of a zenith angle above the
 /// horizon (Bruneton & Neyret 2008).
 #[must_use]
 #[inline]
 pub fn transmittance_place(altitude_km: f64, cos_zenith: f64) -> [f64; 2] {
     let whole = horizon_to_top_km();
-    let rho = (altitude_km * (2.0 * EARTH_RADIUS_KM + altitude_km)).sqrt();
+    let rho = horizon_km(altitude_km);
     let length = Ray::new(altitude_km, cos_zenith).to_top_km();
     let (least, most) = (TOP_KM - altitude_km, rho + whole);
     [(length - least) / (most - least), rho / whole]
@@ -290,7 +286,7 @@ impl HillaireFrame {
     #[must_use]
     #[inline]
     pub fn xyz(&self, v: [f32; 3]) -> [f32; 3] {
-        if view::meets_ground(self.altitude_km, v[2]) {
+        if ray::meets_ground(self.altitude_km, v[2]) {
             return [0.0; 3];
         }
         let level = v[0].hypot(v[1]);
@@ -397,7 +393,7 @@ impl SkyModel for Hillaire {
         &self,
         conditions: &Conditions,
         directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain> {
+    ) -> Result<Vec<Yxy>, SkyError> {
         let frame = self.frame(conditions)?;
         Ok(view::each(directions, |v| frame.xyz(v)))
     }

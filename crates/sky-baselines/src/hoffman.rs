@@ -19,7 +19,7 @@ use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
 use sky_core::quantity::{EARTH_RADIUS_KM, Length};
 use sky_science::shader_sky::{ShaderFrame, ShaderSky};
-use sky_science::sky_model::SkyModel;
+use sky_science::sky_model::{SkyError, SkyModel};
 
 use crate::aerial::Aerial;
 use crate::atmosphere::Atmosphere;
@@ -170,7 +170,7 @@ impl SkyModel for Hoffman {
         &self,
         conditions: &Conditions,
         directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain> {
+    ) -> Result<Vec<Yxy>, SkyError> {
         let frame = self.frame(conditions)?;
         Ok(view::each(directions, |v| frame.xyz(v)))
     }
@@ -204,8 +204,8 @@ impl ShaderSky for Hoffman {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::phase;
     use crate::shader_check::{self, conditions};
+    use sky_science::phase;
 
     #[test]
     fn published_coefficients() {
@@ -258,7 +258,7 @@ mod tests {
     #[test]
     fn the_phase_functions_are_the_normalized_ones() {
         let mu = 0.3_f64;
-        assert!((0.059_683_104 * (1.0 + mu * mu) - phase::rayleigh(mu)).abs() < 1e-8);
+        assert!((0.059_683_104 * (1.0 + mu * mu) - phase::rayleigh(mu, 0.0)).abs() < 1e-8);
         assert!((0.079_577_47 - phase::henyey_greenstein(mu, 0.0)).abs() < 1e-8);
     }
 

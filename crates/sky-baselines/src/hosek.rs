@@ -17,7 +17,7 @@ use sky_core::conditions::{Conditions, Domain, OutsideDomain, Quantity};
 use sky_core::direction::SkyDirection;
 use sky_core::quantity::LUMINOUS_EFFICACY_LM_PER_W;
 use sky_science::shader_sky::{ShaderFrame, ShaderSky};
-use sky_science::sky_model::SkyModel;
+use sky_science::sky_model::{SkyError, SkyModel};
 
 use crate::preetham::{preetham_turbidity, turbidity_from_preetham};
 use crate::texture::{single, singles};
@@ -132,7 +132,7 @@ impl SkyModel for Hosek {
         &self,
         conditions: &Conditions,
         directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain> {
+    ) -> Result<Vec<Yxy>, SkyError> {
         let frame = self.frame(conditions)?;
         Ok(view::each(directions, |v| frame.xyz(v)))
     }

@@ -34,8 +34,8 @@ pub mod hosek;
 pub mod nielsen;
 pub mod nishita;
 pub mod nishita_table;
-pub mod phase;
 pub mod preetham;
+mod ray;
 #[cfg(test)]
 mod shader_check;
 pub mod texture;

@@ -20,7 +20,7 @@ use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
 use sky_core::quantity::{EARTH_RADIUS_KM, Length};
 use sky_science::shader_sky::{ShaderFrame, ShaderSky};
-use sky_science::sky_model::SkyModel;
+use sky_science::sky_model::{SkyError, SkyModel};
 
 use crate::aerial::Aerial;
 use crate::atmosphere::Atmosphere;
@@ -105,7 +105,7 @@ impl NielsenFrame {
     #[must_use]
     #[inline]
     pub fn xyz(&self, v: [f32; 3]) -> [f32; 3] {
-        if view::meets_ground(self.altitude_km, v[2]) {
+        if crate::ray::meets_ground(self.altitude_km, v[2]) {
             return [0.0; 3];
         }
         let [air_km, haze_km] = self.lengths(v[2]);
@@ -190,7 +190,7 @@ impl SkyModel for Nielsen {
         &self,
         conditions: &Conditions,
         directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain> {
+    ) -> Result<Vec<Yxy>, SkyError> {
         let frame = self.frame(conditions)?;
         Ok(view::each(directions, |v| frame.xyz(v)))
     }

@@ -17,12 +17,13 @@ use sky_core::color::Yxy;
 use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
 use sky_science::shader_sky::{ShaderFrame, ShaderSky};
-use sky_science::sky_model::SkyModel;
+use sky_science::sky_model::{SkyError, SkyModel};
 
-use crate::atmosphere::{Atmosphere, TOP_KM};
-use crate::phase;
+use crate::atmosphere::Atmosphere;
+use crate::ray::{self, EARTH_RADIUS, point, to_top_km};
 use crate::texture::{single, singles};
-use crate::view::{self, EARTH_RADIUS};
+use crate::view;
+use sky_science::phase;
 
 /// Ground to 50 km, day and twilight.
 pub const DOMAIN: Domain = Domain {
@@ -100,24 +101,6 @@ pub(crate) struct SingleFrame {
     pub(crate) matrix: [[f32; 3]; 3],
 }
 
-/// Length of a ray up to the top of the atmosphere \[km\].
-#[inline]
-pub(crate) fn to_top_km(altitude_km: f32, cos_zenith: f32) -> f32 {
-    let top = single(TOP_KM);
-    let along = (EARTH_RADIUS + altitude_km) * cos_zenith;
-    let rise = (top - altitude_km) * (2.0 * EARTH_RADIUS + top + altitude_km);
-    (along * along + rise.max(0.0)).sqrt() - along
-}
-
-/// Altitude and radius \[km\] at a distance along a ray.
-#[inline]
-pub(crate) fn point(altitude_km: f32, cos_zenith: f32, distance_km: f32) -> [f32; 2] {
-    let start = EARTH_RADIUS + altitude_km;
-    let rise = distance_km * (2.0 * start * cos_zenith + distance_km);
-    let radius = (start * start + rise).sqrt();
-    [altitude_km + rise / (start + radius), radius]
-}
-
 impl SingleFrame {
     /// Phase functions of air and haze.
     #[inline]
@@ -162,7 +145,7 @@ impl SingleFrame {
         if cos_sun >= 0.0 {
             return Some(self.columns_upward(altitude_km, cos_sun));
         }
-        let lowest = view::lowest_km(altitude_km, cos_sun);
+        let lowest = ray::lowest_km(altitude_km, cos_sun);
         if lowest < 0.0 {
             return None;
         }
@@ -182,7 +165,7 @@ impl SingleFrame {
         columns: impl Fn(f32, f32) -> Option<[f32; 2]>,
     ) -> [f32; 3] {
         let (altitude_km, cos_view) = (self.altitude_km, v[2]);
-        if view::meets_ground(altitude_km, cos_view) {
+        if ray::meets_ground(altitude_km, cos_view) {
             return [0.0; 3];
         }
         let start = EARTH_RADIUS + altitude_km;
@@ -265,7 +248,7 @@ impl SkyModel for Nishita {
         &self,
         conditions: &Conditions,
         directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain> {
+    ) -> Result<Vec<Yxy>, SkyError> {
         let frame = self.air.frame(conditions)?;
         Ok(view::each(directions, |v| {
             frame.march(v, |altitude, cos_sun| frame.columns(altitude, cos_sun))
@@ -294,10 +277,10 @@ impl ShaderSky for Nishita {
 #[cfg(test)]
 pub(crate) mod direct {
     use super::{AIR_SCALE_KM, SingleScattering};
-    use crate::atmosphere::Ray;
-    use crate::phase;
+    use crate::ray::Ray;
     use sky_core::conditions::Conditions;
     use sky_core::direction::SkyDirection;
+    use sky_science::phase;
     use sky_science::sky_model::SkyModel;
 
     /// Samples of a substitution s = L u³ from the ray's lowest point.
@@ -348,7 +331,7 @@ pub(crate) mod direct {
         let cos_view = direction.view_zenith.radians().cos();
         let cos_sun = conditions.sun_zenith.radians().cos();
         let nu = direction.cos_scattering_angle(conditions.sun_zenith);
-        let phases = [phase::rayleigh(nu), phase::cornette_shanks(nu, air.g)];
+        let phases = [phase::rayleigh(nu, 0.0), phase::cornette_shanks(nu, air.g)];
         let altitude_km = conditions.observer_altitude.km();
         let ray = Ray::new(altitude_km, cos_view);
         let lowest = (-(6371.0 + altitude_km) * cos_view).max(0.0);

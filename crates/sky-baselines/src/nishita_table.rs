@@ -15,10 +15,11 @@ use sky_core::color::Yxy;
 use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
 use sky_science::shader_sky::{ShaderFrame, ShaderSky};
-use sky_science::sky_model::SkyModel;
+use sky_science::sky_model::{SkyError, SkyModel};
 
-use crate::atmosphere::{Atmosphere, Ray, TOP_KM};
+use crate::atmosphere::{Atmosphere, TOP_KM};
 use crate::nishita::{AIR_SCALE_KM, DOMAIN, SingleScattering};
+use crate::ray::{self, Ray};
 use crate::texture::{Table, single};
 use crate::view;
 
@@ -115,7 +116,7 @@ impl NishitaTable {
         if cos_sun >= 0.0 {
             return Some(self.in_front(altitude_km, cos_sun));
         }
-        let lowest = view::lowest_km(altitude_km, cos_sun);
+        let lowest = ray::lowest_km(altitude_km, cos_sun);
         if lowest < 0.0 {
             return None;
         }
@@ -138,7 +139,7 @@ impl SkyModel for NishitaTable {
         &self,
         conditions: &Conditions,
         directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain> {
+    ) -> Result<Vec<Yxy>, SkyError> {
         let frame = self.air.frame(conditions)?;
         Ok(view::each(directions, |v| {
             frame.march(v, |altitude, cos_sun| self.columns(altitude, cos_sun))

@@ -13,7 +13,7 @@ use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::SkyDirection;
 use sky_core::haze::{RAYLEIGH_OPTICAL_DEPTH_500, optical_depth_500_from_turbidity};
 use sky_science::shader_sky::{ShaderFrame, ShaderSky};
-use sky_science::sky_model::SkyModel;
+use sky_science::sky_model::{SkyError, SkyModel};
 
 use crate::texture::{single, singles};
 use crate::view;
@@ -197,7 +197,7 @@ impl SkyModel for Preetham {
         &self,
         conditions: &Conditions,
         directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain> {
+    ) -> Result<Vec<Yxy>, SkyError> {
         let frame = self.frame(conditions)?;
         Ok(directions
             .iter()

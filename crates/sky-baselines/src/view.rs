@@ -67,22 +67,5 @@ pub(crate) const fn uniform(v: [f32; 3], last: f32) -> [f32; 4] {
     [v[0], v[1], v[2], last]
 }
 
-/// Lowest altitude of the line through an observer \[km\].
-#[inline]
-pub(crate) fn lowest_km(altitude_km: f32, cos_view: f32) -> f32 {
-    let radius = EARTH_RADIUS + altitude_km;
-    let sine = (1.0 - cos_view * cos_view).max(0.0).sqrt();
-    altitude_km - radius * cos_view * cos_view / (1.0 + sine)
-}
-
-/// Whether a direction lies below the geometric horizon; a metre is left to rounding.
-#[inline]
-pub(crate) fn meets_ground(altitude_km: f32, cos_view: f32) -> bool {
-    cos_view < 0.0 && lowest_km(altitude_km, cos_view) < -1e-3
-}
-
-/// Radius of the Earth \[km\].
-pub(crate) const EARTH_RADIUS: f32 = single(sky_core::quantity::EARTH_RADIUS_KM);
-
 /// Cosines of view zenith angles below this are under the horizontal: 90° in `f32` is not quite 0.
 pub(crate) const HORIZONTAL: f32 = -1e-6;

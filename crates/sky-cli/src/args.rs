@@ -103,7 +103,7 @@ pub struct HazeArgs {
     #[arg(long, value_name = "X", value_parser = at_least(0.0), allow_negative_numbers = true,
           help_heading = "Haze (one of)")]
     pub aod500: Option<f64>,
-    /// Visual range at the ground, 2 % contrast at 550 nm (Koschmieder) [km]
+    /// Visual range at the ground, 2 % contrast at 550 nm (Koschmieder) [km]; 1.306 times a METAR's
     #[arg(long, value_name = "KM", value_parser = positive(), allow_negative_numbers = true,
           help_heading = "Haze (one of)")]
     pub visual_range_km: Option<f64>,
@@ -443,7 +443,6 @@ impl AtmosphereArgs {
             .as_deref()
             .map_or(defaults.constituents, constituents);
         if let Some(haze) = haze.haze(self.angstrom_alpha) {
-            haze.optical_depth_500()?;
             settings.haze = haze;
         }
         settings.angstrom_exponent = self.angstrom_alpha;

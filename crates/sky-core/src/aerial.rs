@@ -14,9 +14,10 @@
 
 use crate::color::linear_srgb;
 use crate::conditions::{Conditions, OutsideDomain};
-use crate::extended::{self, Coefficients, Radii, angle, angle_from_sun};
+use crate::extended::{self, Coefficients, ScaledRadii, angle, angle_from_sun};
 use crate::extinction::{LEVEL_STEP_KM, LEVELS};
 use crate::quantity::{Angle, EARTH_RADIUS_KM, Length, single};
+use crate::sun::VisibleSun;
 use crate::utm_sky::{MAX_LAYERS, UtmSky, haze_coordinate};
 
 /// Sections of a path, shorter near its lower end, where the haze is.
@@ -74,7 +75,7 @@ pub struct AerialPath {
 
 /// A point of a ray.
 #[derive(Clone, Copy)]
-struct Place {
+struct RayPoint {
     altitude_km: f32,
     /// Cosine of the ray's zenith angle there.
     cosine: f32,
@@ -144,12 +145,12 @@ impl AerialFrame {
     /// the Earth; the object may be anywhere above the ground.
     #[must_use]
     pub fn path(&self, altitude_km: f32, direction: [f32; 3], distance_km: f32) -> AerialPath {
-        let start = Place {
+        let start = RayPoint {
             altitude_km,
             cosine: direction[2],
         };
-        let (gamma, mu) = angle_from_sun(direction, self.sun);
-        let sun_angle = [gamma, mu];
+        let (gamma, cos_gamma) = angle_from_sun(direction, self.sun);
+        let sun_angle = [gamma, cos_gamma];
         // the ray descends to its lowest point, then rises
         let lowest = (-(RADIUS_KM + altitude_km) * start.cosine).clamp(0.0, distance_km);
         let bottom = along(start, lowest);
@@ -157,12 +158,12 @@ impl AerialFrame {
         if lowest > 0.0 {
             // from the observer down: the sections in the order of the ray, shorter downward
             let mut upper = start;
-            let mut upper_sky = self.mirrored_sky(upper, mu);
+            let mut upper_sky = self.mirrored_sky(upper, cos_gamma);
             for i in (0..SECTIONS).rev() {
                 let lower = along(start, lowest * (1.0 - section_end(i, SECTIONS)));
                 let length = lowest * (section_end(i + 1, SECTIONS) - section_end(i, SECTIONS));
                 let section = self.optical_depth(upper, lower, length);
-                let lower_sky = self.mirrored_sky(lower, mu);
+                let lower_sky = self.mirrored_sky(lower, cos_gamma);
                 self.add(&mut light, depth, section, lower_sky, upper_sky);
                 depth = add(depth, section);
                 (upper, upper_sky) = (lower, lower_sky);
@@ -192,7 +193,7 @@ impl AerialFrame {
     /// the geometric horizon.
     #[must_use]
     pub fn transmittance_to_space(&self, altitude_km: f32, cosine: f32) -> [f32; 4] {
-        let start = Place {
+        let start = RayPoint {
             altitude_km,
             cosine,
         };
@@ -206,7 +207,7 @@ impl AerialFrame {
             / (half + (half * half + rise * (rise + 2.0 * radius)).sqrt());
         let mut depth = self.rising_depth(bottom, up, SPACE_SECTIONS);
         if lowest > 0.0 {
-            let back = Place {
+            let back = RayPoint {
                 cosine: 0.0,
                 ..bottom
             };
@@ -215,18 +216,19 @@ impl AerialFrame {
         self.transmittance(depth)
     }
 
-    /// Sunlight on a plane facing the sun in linear sRGB \[lx\], black below the horizon.
+    /// Sunlight on a plane facing the sun in linear sRGB \[lx\], of the part of the disc that is
+    /// above the horizon, through the air at that part's center; black without any.
     #[must_use]
-    pub fn sunlight(&self, altitude_km: f32, cos_horizon: f32) -> [f32; 3] {
-        if self.sun[1] < cos_horizon {
+    pub fn sunlight(&self, altitude_km: f32, sun: &VisibleSun) -> [f32; 3] {
+        if sun.share <= 0.0 {
             return [0.0; 3];
         }
-        let through = self.transmittance_to_space(altitude_km, self.sun[1]);
-        core::array::from_fn(|c| self.sun_rgb[c] * through[c])
+        let through = self.transmittance_to_space(altitude_km, sun.cosine);
+        core::array::from_fn(|c| sun.share * self.sun_rgb[c] * through[c])
     }
 
     /// Optical depths of a ray that rises from its lowest point.
-    fn rising_depth(&self, bottom: Place, length_km: f32, sections: u8) -> [f32; 4] {
+    fn rising_depth(&self, bottom: RayPoint, length_km: f32, sections: u8) -> [f32; 4] {
         let mut depth = [0.0; 4];
         let mut lower = bottom;
         for i in 0..sections {
@@ -265,7 +267,7 @@ impl AerialFrame {
     }
 
     /// Optical depths at the four wavelengths between two points of a ray.
-    fn optical_depth(&self, from: Place, to: Place, length_km: f32) -> [f32; 4] {
+    fn optical_depth(&self, from: RayPoint, to: RayPoint, length_km: f32) -> [f32; 4] {
         // the altitude of the middle carries the curvature of the path and of the profile
         let middle = along(from, 0.5 * length_km);
         let [a, m, b] = [from, middle, to].map(|place| self.level(place.altitude_km));
@@ -306,7 +308,7 @@ impl AerialFrame {
     }
 
     /// The sky at a place in the ray's direction, in linear sRGB \[cd·m⁻²\].
-    fn sky(&self, place: Place, [gamma, mu]: [f32; 2]) -> [f32; 3] {
+    fn sky(&self, place: RayPoint, [gamma, cos_gamma]: [f32; 2]) -> [f32; 3] {
         let top = self.altitude_km[self.layers - 1];
         let altitude_km = place.altitude_km.clamp(self.altitude_km[0], top);
         let mut upper = 1;
@@ -319,8 +321,8 @@ impl AerialFrame {
         let blended = core::array::from_fn(|k| {
             core::array::from_fn(|c| below[k][c] + fraction * (above[k][c] - below[k][c]))
         });
-        let radii = Radii::at(Length::from_km(altitude_km.into()));
-        let basis = extended::basis(place.cosine, radii, gamma, mu);
+        let radii = ScaledRadii::at(Length::from_km(altitude_km.into()));
+        let basis = extended::basis(place.cosine, radii, gamma, cos_gamma);
         let rgb = linear_srgb(extended::light(&blended, &basis));
         // above the table's top the sky fades with the air that is left
         let left = (self.level(place.altitude_km)[0] - self.level(altitude_km)[0]).exp();
@@ -332,27 +334,27 @@ impl AerialFrame {
     ///
     /// Where no direction of that sky has this angle, the formula is extended beyond its sky: in haze
     /// as it is, in clear air from the nearest angle by the phase function of molecules.
-    fn mirrored_sky(&self, place: Place, mu: f32) -> [f32; 3] {
-        let up = Place {
+    fn mirrored_sky(&self, place: RayPoint, cos_gamma: f32) -> [f32; 3] {
+        let up = RayPoint {
             cosine: -place.cosine,
             ..place
         };
         let [sin_sun, cos_sun] = self.sun;
         let across = (1.0 - up.cosine * up.cosine).max(0.0).sqrt() * sin_sun;
         let along = up.cosine * cos_sun;
-        let nearest = mu.clamp(along - across, along + across);
+        let nearest = cos_gamma.clamp(along - across, along + across);
         let air = self.per_km[0][2] * self.level(place.altitude_km)[0].exp();
         let haze = self.per_km[2][2] * (-place.altitude_km * self.haze_per_scale_height).exp();
-        let there = (mu + (nearest - mu) * air / (air + haze)).clamp(-1.0, 1.0);
+        let there = (cos_gamma + (nearest - cos_gamma) * air / (air + haze)).clamp(-1.0, 1.0);
         let sky = self.sky(up, [angle((1.0 - there * there).sqrt(), there), there]);
-        let ratio = molecular_scattering(mu) / molecular_scattering(there);
+        let ratio = molecular_scattering(cos_gamma) / molecular_scattering(there);
         sky.map(|c| c * ratio)
     }
 }
 
 /// How much clear air scatters by an angle of cosine `mu`, up to a factor: once, and before.
-fn molecular_scattering(mu: f32) -> f32 {
-    0.75 * (1.0 + mu * mu) + SCATTERED_BEFORE
+fn molecular_scattering(cos_gamma: f32) -> f32 {
+    0.75 * (1.0 + cos_gamma * cos_gamma) + SCATTERED_BEFORE
 }
 
 /// Distance to the ground in a direction below the geometric horizon \[km\].
@@ -366,7 +368,7 @@ pub fn distance_to_ground(altitude_km: f32, cosine: f32) -> f32 {
 /// Whether a ray from an altitude meets the ground before a distance.
 #[must_use]
 pub fn path_meets_ground(altitude_km: f32, direction: [f32; 3], distance_km: f32) -> bool {
-    let start = Place {
+    let start = RayPoint {
         altitude_km,
         cosine: direction[2],
     };
@@ -382,11 +384,11 @@ fn section_end(section: u8, sections: u8) -> f32 {
 }
 
 /// The point of a ray at a distance.
-fn along(start: Place, distance_km: f32) -> Place {
+fn along(start: RayPoint, distance_km: f32) -> RayPoint {
     let radius = RADIUS_KM + start.altitude_km;
     let rise = distance_km * (distance_km + 2.0 * radius * start.cosine);
     let there = (radius * radius + rise).max(1.0).sqrt();
-    Place {
+    RayPoint {
         // r' − r without cancellation
         altitude_km: start.altitude_km + rise / (there + radius),
         cosine: ((distance_km + radius * start.cosine) / there).clamp(-1.0, 1.0),
@@ -394,7 +396,7 @@ fn along(start: Place, distance_km: f32) -> Place {
 }
 
 /// Distance at which a rising ray passes the highest level; not positive above it.
-fn distance_to_top(bottom: Place) -> f32 {
+fn distance_to_top(bottom: RayPoint) -> f32 {
     let radius = RADIUS_KM + bottom.altitude_km;
     let up = single(LEVEL_STEP_KM) * (LEVELS - 1) as f32 - bottom.altitude_km;
     // the root of d² + 2 d r cos θ = up (up + 2 r), without cancellation

@@ -286,7 +286,7 @@ mod tests {
         }
         let message = told.to_string();
         assert!(
-            message.starts_with("visual range [km]: 3 is outside 5.") && message.ends_with("..340"),
+            message.starts_with("visual range [km]: 3 is outside 5.") && message.ends_with("..333"),
             "{message}"
         );
     }

@@ -33,14 +33,14 @@ pub const SCALE_HEIGHTS_KM: [f64; 2] = [8.0, 1.2];
 
 /// What the two air masses need of the observer's altitude.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Radii {
+pub struct ScaledRadii {
     /// The distance from the Earth's center in scale heights of air and of haze, X.
-    pub scale_heights: [f32; 2],
+    pub in_scale_heights: [f32; 2],
     /// √(X/2) of each.
-    pub roots: [f32; 2],
+    pub half_roots: [f32; 2],
 }
 
-impl Radii {
+impl ScaledRadii {
     /// At an altitude.
     #[must_use]
     pub fn at(observer_altitude: Length) -> Self {
@@ -51,15 +51,15 @@ impl Radii {
             ))
         });
         Self {
-            scale_heights,
-            roots: scale_heights.map(|x| (0.5 * x).sqrt()),
+            in_scale_heights: scale_heights,
+            half_roots: scale_heights.map(|x| (0.5 * x).sqrt()),
         }
     }
 
     /// One over the air masses of air and haze.
     fn reciprocal_masses(self, cosine: f32) -> [f32; 2] {
-        let [x, x_haze] = self.scale_heights;
-        let [root, root_haze] = self.roots;
+        let [x, x_haze] = self.in_scale_heights;
+        let [root, root_haze] = self.half_roots;
         [
             reciprocal_chapman_f32(cosine, x, root),
             reciprocal_chapman_f32(cosine, x_haze, root_haze),
@@ -112,11 +112,11 @@ pub fn angle(sine: f32, cosine: f32) -> f32 {
 )]
 pub fn angle_from_sun(direction: [f32; 3], [sin_sun, cos_sun]: [f32; 2]) -> (f32, f32) {
     let [x, y, z] = direction;
-    let mu = x * sin_sun + z * cos_sun;
+    let cos_gamma = x * sin_sun + z * cos_sun;
     // the cross product keeps angles near the sun
     let across = z * sin_sun - x * cos_sun;
     let sine = (y * y + across * across).sqrt();
-    (angle(sine, mu), mu)
+    (angle(sine, cos_gamma), cos_gamma)
 }
 
 /// The products in a direction.
@@ -124,7 +124,7 @@ pub fn angle_from_sun(direction: [f32; 3], [sin_sun, cos_sun]: [f32; 2]) -> (f32
 /// `cosine` is that of the view zenith angle, `gamma` the angle from the sun \[rad\] and `mu` its
 /// cosine.
 #[must_use]
-pub fn basis(cosine: f32, radii: Radii, gamma: f32, mu: f32) -> [f32; TERMS] {
+pub fn basis(cosine: f32, radii: ScaledRadii, gamma: f32, cos_gamma: f32) -> [f32; TERMS] {
     let [air, haze] = radii.reciprocal_masses(cosine);
     // m/(n + m) = 1/(1 + n/m)
     let [a1, a3, a10, a50, a200, a1000] =
@@ -133,7 +133,7 @@ pub fn basis(cosine: f32, radii: Radii, gamma: f32, mu: f32) -> [f32; TERMS] {
     let e1 = (-gamma).exp();
     let e2 = e1 * e1;
     let e4 = e2 * e2;
-    let mu2 = mu * mu;
+    let mu2 = cos_gamma * cos_gamma;
     [
         1.0,
         a3,
@@ -141,21 +141,21 @@ pub fn basis(cosine: f32, radii: Radii, gamma: f32, mu: f32) -> [f32; TERMS] {
         a50,
         a200,
         mu2,
-        a200 * mu,
-        h5 * mu,
+        a200 * cos_gamma,
+        h5 * cos_gamma,
         h5,
         h5 * e2,
-        a50 * mu,
-        a3 * mu,
+        a50 * cos_gamma,
+        a3 * cos_gamma,
         a1000,
         h100 * e1,
-        a1000 * mu,
+        a1000 * cos_gamma,
         a1 * mu2,
         a1000 * e1,
         a1 * e4 * e4,
         a1,
         a200 * e1,
-        a10 * mu,
+        a10 * cos_gamma,
         h20 * e1,
     ]
 }
@@ -235,7 +235,7 @@ mod tests {
     #[test]
     fn the_products_are_finite_from_the_zenith_to_the_horizon() {
         for altitude_km in [0.0, 1.0, 30.0] {
-            let radii = Radii::at(Length::from_km(altitude_km));
+            let radii = ScaledRadii::at(Length::from_km(altitude_km));
             for i in 0..=200_u8 {
                 let cosine = 1.0 - f32::from(i) / 200.0 * 1.1;
                 for gamma in [0.0_f32, 1.0, 3.1] {

@@ -1,8 +1,11 @@
 //! How hazy the air is, said in one of four ways, and the conversions between them.
 //!
 //! The project's turbidity is the report's Eq. 2.8, T = (`τ_m` + `τ_a`)/`τ_m`, taken at 500 nm for the
-//! whole vertical column. Visual range needs two further conventions: rural aerosol at 50 %
-//! relative humidity, and a scale height of 1.2 km.
+//! whole vertical column. Visual range is Koschmieder's at 2 % contrast, 3.912/β at 550 nm and sea
+//! level; the meteorological optical range of a METAR means 5 %, which is shorter by a factor of 1.306.
+//! It needs further conventions: rural aerosol at 50 % relative humidity with a scale height of 1.2 km
+//! for all aerosol beyond the stratosphere's, over the molecules and the ozone of the general
+//! atmosphere. Optics of other air take a visual range at its word (`sky-sim`).
 
 use crate::quantity::Length;
 use serde::{Deserialize, Serialize};
@@ -12,8 +15,13 @@ use thiserror::Error;
 /// (Bodhaine et al. 1999, 400 ppmv of CO₂).
 pub const RAYLEIGH_OPTICAL_DEPTH_500: f64 = 0.14344;
 
-/// Scattering coefficient of the molecules at 550 nm, sea level \[km⁻¹\] (Bodhaine et al. 1999).
-pub const RAYLEIGH_SCATTERING_550_PER_KM: f64 = 0.01149;
+/// Extinction coefficient of the air without aerosol at 550 nm, at the ground of the general
+/// atmosphere \[km⁻¹\]: molecules 0.011489 (Bodhaine et al. 1999), ozone 0.000225.
+pub const CLEAN_AIR_EXTINCTION_550_PER_KM: f64 = 0.011_714;
+
+/// Vertical optical depth at 500 nm of the background aerosol of the stratosphere (`LOWTRAN7`), the
+/// first share of all aerosol: none of it is at the ground.
+pub const STRATOSPHERIC_OPTICAL_DEPTH_500: f64 = 0.008_275_36;
 
 /// Koschmieder's constant for 2 % contrast, −ln 0.02.
 pub const KOSCHMIEDER_2_PERCENT: f64 = 3.912;
@@ -39,7 +47,8 @@ pub enum Haze {
         /// Ångström exponent α.
         alpha: f64,
     },
-    /// Visual range at the ground by Koschmieder's 2 % contrast, 3.912/β, at 550 nm.
+    /// Visual range at the ground by Koschmieder's 2 % contrast, 3.912/β, at 550 nm. The 5 % of a
+    /// METAR's visibility are 2.996/β: 1.306 times shorter for the same air.
     VisualRange(Length),
 }
 
@@ -106,18 +115,22 @@ pub fn optical_depth_500_from_turbidity(turbidity: f64) -> f64 {
     (turbidity - 1.0) * RAYLEIGH_OPTICAL_DEPTH_500
 }
 
-/// Visual range (Koschmieder, 2 %) of a vertical aerosol optical depth at 500 nm.
+/// Visual range (Koschmieder, 2 %) of a vertical aerosol optical depth at 500 nm, at most that of
+/// clean air.
 #[must_use]
 pub fn visual_range_from_optical_depth_500(optical_depth_500: f64) -> Length {
-    let aerosol_per_km = optical_depth_500 / RURAL_EXTINCTION_500_OVER_550 / HAZE_SCALE_HEIGHT_KM;
-    Length::from_km(KOSCHMIEDER_2_PERCENT / (RAYLEIGH_SCATTERING_550_PER_KM + aerosol_per_km))
+    let haze = (optical_depth_500 - STRATOSPHERIC_OPTICAL_DEPTH_500).max(0.0);
+    let haze_per_km = haze / RURAL_EXTINCTION_500_OVER_550 / HAZE_SCALE_HEIGHT_KM;
+    Length::from_km(KOSCHMIEDER_2_PERCENT / (CLEAN_AIR_EXTINCTION_550_PER_KM + haze_per_km))
 }
 
-/// Vertical aerosol optical depth at 500 nm of a visual range (Koschmieder, 2 %).
+/// Vertical aerosol optical depth at 500 nm of a visual range (Koschmieder, 2 %). That of clean air is
+/// the stratosphere's alone: less than that leaves the range as it is.
 #[must_use]
 pub fn optical_depth_500_from_visual_range(visual_range: Length) -> f64 {
-    let aerosol_per_km = KOSCHMIEDER_2_PERCENT / visual_range.km() - RAYLEIGH_SCATTERING_550_PER_KM;
-    aerosol_per_km * HAZE_SCALE_HEIGHT_KM * RURAL_EXTINCTION_500_OVER_550
+    let haze_per_km = KOSCHMIEDER_2_PERCENT / visual_range.km() - CLEAN_AIR_EXTINCTION_550_PER_KM;
+    STRATOSPHERIC_OPTICAL_DEPTH_500
+        + haze_per_km * HAZE_SCALE_HEIGHT_KM * RURAL_EXTINCTION_500_OVER_550
 }
 
 /// Ångström's β of a vertical aerosol optical depth at 500 nm, for an exponent α.
@@ -164,10 +177,9 @@ impl Haze {
                         clean_air_km,
                     });
                 }
-                // Rounding at the clean limit must not turn negative.
                 finite(
                     "aerosol optical depth at 500 nm",
-                    optical_depth_500_from_visual_range(range).max(0.0),
+                    optical_depth_500_from_visual_range(range),
                 )
             }
         }
@@ -213,7 +225,8 @@ mod tests {
                 let turbidity = turbidity_from_optical_depth_500(tau);
                 assert!((Haze::Turbidity(turbidity).optical_depth_500()? - tau).abs() < 1e-12);
                 let range = visual_range_from_optical_depth_500(tau);
-                assert!((Haze::VisualRange(range).optical_depth_500()? - tau).abs() < 1e-12);
+                let least = tau.max(STRATOSPHERIC_OPTICAL_DEPTH_500);
+                assert!((Haze::VisualRange(range).optical_depth_500()? - least).abs() < 1e-12);
                 let beta = angstrom_beta_from_optical_depth_500(tau, 1.3);
                 let haze = Haze::Angstrom { beta, alpha: 1.3 };
                 assert!((haze.optical_depth_500()? - tau).abs() < 1e-12);
@@ -221,6 +234,16 @@ mod tests {
             }
         }
         Ok(())
+    }
+
+    #[test]
+    fn b1_the_visual_ranges_of_a_table_are_those_of_the_optics() {
+        // 3.912 over the extinction at 550 nm of the general atmosphere's ground, turbidity 8 and 1
+        for (turbidity, km) in [(8.0, 5.09), (1.0, 333.97)] {
+            let depth = optical_depth_500_from_turbidity(turbidity);
+            let found = visual_range_from_optical_depth_500(depth).km();
+            assert!((found / km - 1.0).abs() < 1e-3, "{found}");
+        }
     }
 
     #[test]
@@ -241,7 +264,7 @@ mod tests {
             Haze::OpticalDepth500(f64::INFINITY).turbidity(),
             Err(HazeError::NotFinite { .. })
         ));
-        for km in [0.0, -5.0, 341.0] {
+        for km in [0.0, -5.0, 335.0] {
             assert!(matches!(
                 Haze::VisualRange(Length::from_km(km)).turbidity(),
                 Err(HazeError::VisualRange { .. })

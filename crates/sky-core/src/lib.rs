@@ -116,6 +116,7 @@ pub mod picture;
 pub mod quantity;
 #[cfg(feature = "solar-position")]
 pub mod solar_position;
+pub mod sun;
 pub mod tonemap;
 pub mod uniforms;
 pub mod utm_sky;

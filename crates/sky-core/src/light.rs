@@ -5,15 +5,9 @@
 //! the horizon is uniform, lit by sun and sky, and seen without air. Out of scope: shadows, clouds.
 
 use crate::aerial::AerialFrame;
-use crate::quantity::Angle;
+use crate::quantity::{Angle, single};
+use crate::sun::{LIMB_DARKENING, SUN_RADIUS_DEG, VisibleSun, disc_solid_angle};
 use crate::utm_sky::SkyFrame;
-
-/// The sun's angular radius, of the mean distance \[deg\].
-pub const SUN_RADIUS_DEG: f64 = 0.2666;
-
-/// Limb darkening in the visible, I(μ) = I₀(1 − u(1 − μ)). Source: Cox (ed.), Allen's Astrophysical
-/// Quantities, 4th ed., §14.7, near 550 nm.
-pub const LIMB_DARKENING: f32 = 0.6;
 
 /// Nodes and weights of Gauss–Legendre's rule on 0..1, eight points.
 const GAUSS: [[f32; 2]; 8] = [
@@ -33,7 +27,7 @@ const AZIMUTHS: u8 = 8;
 /// The light of sky and sun on a scene, in the local frame of [`SkyFrame::light`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SceneLight {
-    /// Sunlight on a plane facing the sun \[lx\]; black when the sun is below the horizon.
+    /// Sunlight on a plane facing the sun \[lx\], of the part of the disc above the horizon.
     pub sun_normal: [f32; 3],
     /// Light of the sky alone on a horizontal plane facing up \[lx\].
     pub sky_horizontal: [f32; 3],
@@ -48,8 +42,9 @@ impl SceneLight {
     /// Integrates the sky.
     #[must_use]
     pub fn new(sky: &SkyFrame, air: &AerialFrame, altitude_km: f32, ground_albedo: f32) -> Self {
+        let sun = VisibleSun::new(sky.sun(), sky.cos_horizon());
         let mut out = Self {
-            sun_normal: air.sunlight(altitude_km, sky.cos_horizon()),
+            sun_normal: air.sunlight(altitude_km, &sun),
             ..Self::default()
         };
         let pi = core::f32::consts::PI;
@@ -73,7 +68,7 @@ impl SceneLight {
                 }
             }
         }
-        let sun_height = sky.sun()[1].max(0.0);
+        let sun_height = sun.cosine.max(0.0);
         for c in 0..3 {
             let light = out.sky_horizontal[c] + sun_height * out.sun_normal[c];
             out.ground[c] = ground_albedo / pi * light;
@@ -143,12 +138,12 @@ impl SunDisc {
     /// The disc that an observer sees.
     #[must_use]
     pub fn new(sky: &SkyFrame, air: &AerialFrame, altitude_km: f32) -> Self {
-        let radius = crate::quantity::single(Angle::from_degrees(SUN_RADIUS_DEG).radians());
+        let radius = single(Angle::from_degrees(SUN_RADIUS_DEG).radians());
         let (sin_radius, cos_radius) = radius.sin_cos();
         let [sin_sun, cos_sun] = sky.sun();
         let upper = cos_sun * cos_radius + sin_sun * sin_radius;
         let lower = (cos_sun * cos_radius - sin_sun * sin_radius).max(sky.cos_horizon());
-        let solid_angle = 2.0 * core::f32::consts::PI * (1.0 - cos_radius);
+        let solid_angle = disc_solid_angle(radius);
         // the disc's mean is its center times 1 − u/3
         let center = 1.0 / (solid_angle * (1.0 - LIMB_DARKENING / 3.0));
         let light = |cosine: f32| {
@@ -173,8 +168,8 @@ impl SunDisc {
     ///
     /// `sine` is that of the angle from the sun's center, `cosine` that of the view zenith angle.
     #[must_use]
-    pub fn light(&self, sine: f32, mu: f32, cosine: f32) -> [f32; 3] {
-        if mu < 0.0 || sine >= self.sin_radius {
+    pub fn light(&self, sine: f32, cos_gamma: f32, cosine: f32) -> [f32; 3] {
+        if cos_gamma < 0.0 || sine >= self.sin_radius {
             return [0.0; 3];
         }
         let from_center = sine / self.sin_radius;

@@ -54,8 +54,8 @@ impl Picture {
             Some(sky) => {
                 let [sin_sun, cos_sun] = self.sky.sun();
                 let across = z * sin_sun - x * cos_sun;
-                let mu = x * sin_sun + z * cos_sun;
-                let disc = self.sun.light(y.hypot(across), mu, z);
+                let cos_gamma = x * sin_sun + z * cos_sun;
+                let disc = self.sun.light(y.hypot(across), cos_gamma, z);
                 core::array::from_fn(|c| sky[c] + disc[c])
             }
             None => self.behind_air(

@@ -25,9 +25,9 @@ use crate::aerial::{AerialFrame, SCATTERED_BEFORE, SECTIONS};
 use crate::extended::{SCALE_HEIGHTS_KM, TERMS};
 use crate::extinction::{LEVEL_STEP_KM, LEVELS};
 use crate::hdr::{SCRGB_UNIT_NITS, SHOULDER};
-use crate::light::LIMB_DARKENING;
 use crate::picture::Picture;
 use crate::quantity::{EARTH_RADIUS_KM, single};
+use crate::sun::LIMB_DARKENING;
 use crate::utm_sky::{HORIZON_SLACK, LOWEST_RING_BEND, MAX_LAYERS};
 
 /// Texels of a baked sky, across and up.
@@ -238,7 +238,7 @@ trait Floats {
 }
 
 impl Floats for f32 {
-    fn each(&self, to: &mut impl FnMut(f32)) {
+    fn each(&self, to: &mut impl FnMut(Self)) {
         to(*self);
     }
 }
@@ -509,8 +509,8 @@ impl SkyUniform {
         let sun = &picture.sun;
         Self {
             coefficients: *picture.sky.coefficients(),
-            radii: radii.scale_heights,
-            radii_roots: radii.roots,
+            radii: radii.in_scale_heights,
+            radii_roots: radii.half_roots,
             sun_sin_cos: picture.sky.sun(),
             cos_horizon: picture.sky.cos_horizon(),
             cos_lowest: picture.sky.cos_lowest(),

@@ -7,7 +7,7 @@
 use crate::color::{Yxy, linear_srgb};
 use crate::conditions::{Conditions, Domain, OutsideDomain};
 use crate::direction::{SkyDirection, horizon_zenith};
-use crate::extended::{self, Coefficients, Radii, angle_from_sun};
+use crate::extended::{self, Coefficients, ScaledRadii, angle_from_sun};
 use crate::extinction::Extinction;
 use crate::lut::{Form, Lut, LutError};
 use crate::quantity::{Angle, single};
@@ -63,7 +63,7 @@ pub enum TableError {
 #[derive(Clone, Debug)]
 pub struct SkyFrame {
     coefficients: Coefficients,
-    radii: Radii,
+    radii: ScaledRadii,
     sin_sun: f32,
     cos_sun: f32,
     cos_horizon: f32,
@@ -170,7 +170,7 @@ impl UtmSky {
         let lowest_ring = Angle::from_degrees(LOWEST_RING_DEG);
         Ok(SkyFrame {
             coefficients,
-            radii: Radii::at(conditions.observer_altitude),
+            radii: ScaledRadii::at(conditions.observer_altitude),
             sin_sun: single(sin_sun),
             cos_sun: single(cos_sun),
             cos_horizon: single(horizon.radians().cos()),
@@ -201,9 +201,9 @@ impl SkyFrame {
         if cosine < self.cos_horizon - HORIZON_SLACK {
             return None;
         }
-        let (gamma, mu) = angle_from_sun(direction, [self.sin_sun, self.cos_sun]);
+        let (gamma, cos_gamma) = angle_from_sun(direction, [self.sin_sun, self.cos_sun]);
         let cosine = held(cosine, self.cos_lowest);
-        let basis = extended::basis(cosine, self.radii, gamma, mu);
+        let basis = extended::basis(cosine, self.radii, gamma, cos_gamma);
         Some(extended::light(&self.coefficients, &basis))
     }
 
@@ -221,7 +221,7 @@ impl SkyFrame {
 
     /// What the air masses need of the altitude.
     #[must_use]
-    pub const fn radii(&self) -> Radii {
+    pub const fn radii(&self) -> ScaledRadii {
         self.radii
     }
 

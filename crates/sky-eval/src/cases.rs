@@ -173,13 +173,13 @@ pub fn held_out_cases(nodes: &Nodes, domain: &Domain, counts: CaseCounts) -> Hel
 }
 
 /// Turbidities that random cases share at most: each costs a solution of the truth.
-const MOST_TURBIDITIES: usize = 64;
+const MAX_TURBIDITIES: usize = 64;
 
 /// Cases anywhere in a domain: altitude and sun of their own, turbidities in turn from at most 64.
 #[must_use]
 pub fn random_conditions(domain: &Domain, count: usize, seed: u64) -> Vec<Conditions> {
     let mut dice = Dice::new(seed);
-    let turbidities: Vec<f64> = (0..count.min(MOST_TURBIDITIES))
+    let turbidities: Vec<f64> = (0..count.min(MAX_TURBIDITIES))
         .map(|_| dice.between(domain.turbidity))
         .collect();
     let turns = turbidities.into_iter().cycle().take(count);

@@ -77,6 +77,7 @@ pub fn transport(air: &Air, scene: Scene, directions: &[SkyDirection]) -> Result
             &built
         }
     };
+    optics.check_observer(scene.observer_altitude)?;
     let solved = Transport::solve(optics, scene.ground_albedo, &TransportSettings::default())?;
     Ok(solved.radiance_ratio(scene.observer_altitude, scene.sun_zenith, directions))
 }

@@ -77,19 +77,23 @@ pub const DAMAGES: [(Damage, &str); 8] = [
 ];
 
 /// The ways to fit, and their names.
-pub const METHODS: [(Method, &str); 3] = [
+pub const METHODS: [(Method, &str); 4] = [
     (Method::Safeguarded, "safeguarded"),
     (Method::OneStart, "one_start"),
+    (Method::PlainEight, "plain_eight"),
     (Method::Plain, "plain"),
 ];
 
 /// A way to fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
-    /// As tables are made: the random start and the eight.
+    /// As tables are made, from the eight starts, which are the same for every map: one fit a map.
     Safeguarded,
     /// The same parameters, bounds and pull, from the random start alone.
     OneStart,
+    /// As [`Self::Plain`], but from the eight starts of which the best end wins, a sky before what is
+    /// none: one fit a map.
+    PlainEight,
     /// The printed coefficients, no bounds and no pull, from the random start alone, by the crate
     /// `levenberg-marquardt`.
     Plain,
@@ -293,6 +297,13 @@ struct End {
     evaluations: u32,
 }
 
+impl End {
+    /// Whether the fit is positive everywhere.
+    fn is_sky(&self) -> bool {
+        self.sky.scale > 0.0 && self.sky.coefficients.check(LEAST_MASS).is_ok()
+    }
+}
+
 /// A fit with the project's safeguards.
 fn ours(map: &Map, samples: &[Sample], starts: Starts<'_>) -> Option<End> {
     let sky = map.sky(samples);
@@ -423,7 +434,11 @@ fn random_start(problem: &PerezFit, random: Random) -> Sky {
         let (low, high) = (bounds.lower[i], bounds.upper[i]);
         p[i] = low + (high - low) * random.at(k).uniform();
     }
-    let coefficients = problem.coefficients_from_parameters(&p);
+    scaled(problem, problem.coefficients_from_parameters(&p))
+}
+
+/// A shape with the scale that suits the samples.
+fn scaled(problem: &PerezFit, coefficients: PerezCoefficients) -> Sky {
     let scale = problem.parameters_from_coefficients(&coefficients)[0].exp();
     Sky {
         scale,
@@ -498,49 +513,60 @@ type Round = [Vec<Option<End>>; METHODS.len()];
 
 fn round(map: &Map, damage: Damage, starts: u32, random: Random) -> Round {
     let samples = map.damaged(damage, random.at(0));
-    let mut out: Round = Default::default();
-    // the eight starts do not depend on the random one
-    let several = ours(map, &samples, Starts::Several);
-    let problem = PerezFit::new(&map.sky(&samples), map.channel, &FitOptions::default()).ok();
-    let ends: Vec<[Option<End>; METHODS.len()]> = (0..starts)
-        .into_par_iter()
-        .map(|start| {
-            let start = problem
-                .as_ref()
-                .map(|problem| random_start(problem, random.at(1).at(start.into())));
-            let near = start
-                .as_ref()
-                .and_then(|s| ours(map, &samples, Starts::Near(&s.coefficients)));
-            let best = match (several, near) {
-                (Some(a), Some(b)) => Some(if b.rms < a.rms { b } else { a }),
-                (a, b) => a.or(b),
-            };
-            // what ours refuses is begun at a shape for the undamaged map
-            let begin = start.or_else(|| {
-                let healthy =
-                    PerezFit::new(&map.sky(&map.samples), map.channel, &FitOptions::default());
-                Some(random_start(&healthy.ok()?, random.at(2)))
-            });
-            [best, near, begin.map(|s| plain(map, &samples, &s))]
-        })
-        .collect();
-    for end in ends {
-        for (method, end) in out.iter_mut().zip(end) {
-            method.push(end);
+    let own = PerezFit::new(&map.sky(&samples), map.channel, &FitOptions::default()).ok();
+    // what ours refuses is begun at a shape for the undamaged map
+    let problem = own.clone().or_else(|| {
+        PerezFit::new(&map.sky(&map.samples), map.channel, &FitOptions::default()).ok()
+    });
+    let [one_start, plain_ends] = match &problem {
+        None => Default::default(),
+        Some(problem) => {
+            let ends: Vec<(Option<End>, End)> = (0..starts)
+                .into_par_iter()
+                .map(|start| {
+                    let start = random_start(problem, random.at(1).at(start.into()));
+                    let near = own
+                        .as_ref()
+                        .and_then(|_| ours(map, &samples, Starts::Near(&start.coefficients)));
+                    (near, plain(map, &samples, &start))
+                })
+                .collect();
+            let (near, plain): (Vec<_>, Vec<_>) = ends.into_iter().unzip();
+            [near, plain.into_iter().map(Some).collect()]
         }
-    }
-    out
+    };
+    [
+        // the eight starts do not depend on a random one
+        vec![ours(map, &samples, Starts::Several)],
+        one_start,
+        vec![problem.and_then(|problem| plain_eight(map, &samples, &problem))],
+        plain_ends,
+    ]
+}
+
+/// The best end of a fit without the safeguards from the eight starts; a sky before what is none.
+fn plain_eight(map: &Map, samples: &[Sample], problem: &PerezFit) -> Option<End> {
+    let order = |a: &End, b: &End| {
+        let of = |end: &End| (!end.is_sky(), end.rms);
+        let ((no_sky_a, rms_a), (no_sky_b, rms_b)) = (of(a), of(b));
+        no_sky_a.cmp(&no_sky_b).then(rms_a.total_cmp(&rms_b))
+    };
+    map.channel
+        .starts()
+        .map(PerezCoefficients::from_array)
+        .map(|shape| plain(map, samples, &scaled(problem, shape)))
+        .into_iter()
+        .min_by(order)
 }
 
 fn rows(map: &Map, damage: usize, truth: &Sky, rounds: &[Round]) -> Vec<Row> {
     let count = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
-    let is_sky = |end: &End| end.sky.scale > 0.0 && end.sky.coefficients.check(LEAST_MASS).is_ok();
     let best = |round: &Round| {
         round
             .iter()
             .flatten()
             .flatten()
-            .filter(|end| is_sky(end))
+            .filter(|end| end.is_sky())
             .map(|end| end.rms)
             .fold(f64::INFINITY, f64::min)
     };
@@ -573,8 +599,8 @@ fn rows(map: &Map, damage: usize, truth: &Sky, rounds: &[Round]) -> Vec<Row> {
                         row.refused += 1;
                         continue;
                     };
-                    row.no_sky += u32::from(!is_sky(end));
-                    row.succeeded += u32::from(end.rms <= limit && is_sky(end));
+                    row.no_sky += u32::from(!end.is_sky());
+                    row.succeeded += u32::from(end.rms <= limit && end.is_sky());
                     distances.push(map.distance(&end.sky, truth));
                     if !end.condition_number.is_nan() {
                         conditions.push(end.condition_number);

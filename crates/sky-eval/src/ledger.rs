@@ -2,11 +2,11 @@
 
 use anyhow::Result;
 use sky_core::color::Yxy;
-use sky_core::conditions::{Conditions, Domain, OutsideDomain};
+use sky_core::conditions::{Conditions, Domain};
 use sky_core::direction::{SkyDirection, horizon_zenith};
 use sky_core::quantity::{Angle, Length};
 use sky_core::utm_sky::UtmSky;
-use sky_science::sky_model::SkyModel;
+use sky_science::sky_model::{SkyError, SkyModel};
 use sky_sim::plane_parallel;
 use sky_sim::profile::AtmosphereProfile;
 use sky_sim::transport::TransportSettings;
@@ -128,12 +128,12 @@ impl SkyModel for Flat {
         &self,
         conditions: &Conditions,
         directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain> {
+    ) -> Result<Vec<Yxy>, SkyError> {
         let (here, sun) = (conditions.observer_altitude, conditions.sun_zenith);
         let all = self.0.radiance_ratio(conditions, directions)?;
-        let round = self.0.solved(conditions.turbidity);
+        let round = self.0.solved(conditions.turbidity)?;
         let round = round.single_scattering_ratio(here, sun, directions);
-        let optics = self.0.optics(conditions.turbidity);
+        let optics = self.0.optics(conditions.turbidity)?;
         let flat = plane_parallel::single_scattering_ratio(&optics, here, sun, directions);
         let without: Vec<f64> = all
             .iter()
@@ -163,7 +163,7 @@ impl SkyModel for Cut {
         &self,
         conditions: &Conditions,
         directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain> {
+    ) -> Result<Vec<Yxy>, SkyError> {
         match self.term {
             Term::AltitudeInterpolation => {
                 let here = conditions.observer_altitude.km();

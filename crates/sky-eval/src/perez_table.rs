@@ -10,7 +10,7 @@ use sky_core::extended::angle;
 use sky_core::lut::Interpolation;
 use sky_science::perez_sky::{PerezSky, perez};
 use sky_science::shader_sky::{ShaderFrame, ShaderSky};
-use sky_science::sky_model::SkyModel;
+use sky_science::sky_model::{SkyError, SkyModel};
 
 /// A sky whose formula is one of Perez's.
 #[derive(Debug)]
@@ -35,7 +35,7 @@ impl SkyModel for PerezTable {
         &self,
         conditions: &Conditions,
         directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain> {
+    ) -> Result<Vec<Yxy>, SkyError> {
         self.0.yxy_map(conditions, directions)
     }
 }
@@ -53,7 +53,11 @@ impl ShaderSky for PerezTable {
             (0.0, 0.0, 0.0)
         } else {
             let radii = nodes.radii;
-            (radii.scale_heights[0], radii.roots[0], nodes.cos_horizon)
+            (
+                radii.in_scale_heights[0],
+                radii.half_roots[0],
+                nodes.cos_horizon,
+            )
         };
         let linear = nodes.interpolation == Interpolation::ReportLagrange;
         let mut uniforms = vec![

@@ -10,14 +10,14 @@ use std::collections::BTreeMap;
 use anyhow::{Context as _, Result};
 use rayon::prelude::*;
 use sky_core::color::Yxy;
-use sky_core::conditions::{Conditions, OutsideDomain};
+use sky_core::conditions::Conditions;
 use sky_core::direction::SkyDirection;
 use sky_core::quantity::Angle;
 use sky_science::metrics::{
     SUN_EXCLUSION_DEG, Statistics, ciede2000_of_lights, is_clear_of_sun, relative_error,
     white_luminance,
 };
-use sky_science::sky_model::SkyModel;
+use sky_science::sky_model::{SkyError, SkyModel};
 
 use crate::cases::evaluation_directions;
 use crate::dice::Dice;
@@ -174,7 +174,7 @@ pub fn evaluate(
     truth: &dyn SkyModel,
     models: &[&dyn SkyModel],
     cases: &[Conditions],
-) -> Result<Vec<Evaluation>, OutsideDomain> {
+) -> Result<Vec<Evaluation>, SkyError> {
     let answers = by_turbidity(cases.iter().map(|case| case.turbidity), |index| {
         evaluate_case(truth, models, &cases[index])
     })?;
@@ -200,7 +200,7 @@ fn evaluate_case(
     truth: &dyn SkyModel,
     models: &[&dyn SkyModel],
     case: &Conditions,
-) -> Result<Vec<Option<MapErrors>>, OutsideDomain> {
+) -> Result<Vec<Option<MapErrors>>, SkyError> {
     let directions = evaluation_directions(case.observer_altitude);
     let expected = truth.yxy_map(case, &directions)?;
     Ok(models

@@ -4,12 +4,12 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use sky_core::color::{LinearSrgb, Yxy, xyz_from_linear_srgb, yxy_from_xyz};
-use sky_core::conditions::{Conditions, Domain, OutsideDomain};
+use sky_core::conditions::{Conditions, Domain};
 use sky_core::direction::{SkyDirection, horizon_zenith};
 use sky_core::quantity::Angle;
 use sky_core::tonemap::luminance;
 use sky_core::utm_sky::{SkyFrame, UtmSky};
-use sky_science::sky_model::SkyModel;
+use sky_science::sky_model::{SkyError, SkyModel};
 
 /// Texels across and, of the sky's part, up.
 const TEXELS: [usize; 2] = [160, 152];
@@ -113,7 +113,7 @@ impl SkyModel for BakedSky {
         &self,
         conditions: &Conditions,
         directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain> {
+    ) -> Result<Vec<Yxy>, SkyError> {
         let frame = self.sky.frame(conditions)?;
         let [width, height] = TEXELS;
         let texels = self.texels(conditions, &frame);
@@ -163,7 +163,7 @@ impl SkyModel for DomeSky {
         &self,
         conditions: &Conditions,
         directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain> {
+    ) -> Result<Vec<Yxy>, SkyError> {
         let frame = self.0.frame(conditions)?;
         let [rings, spokes] = DOME;
         let horizon = horizon_zenith(conditions.observer_altitude).radians();

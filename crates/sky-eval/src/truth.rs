@@ -6,12 +6,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use anyhow::Result;
 use sky_core::color::Yxy;
-use sky_core::conditions::{Conditions, Domain, OutsideDomain};
+use sky_core::conditions::{Conditions, Domain};
 use sky_core::direction::SkyDirection;
 use sky_core::extinction::Extinction;
 use sky_core::haze::Haze;
 use sky_science::cie::ColorWeights;
-use sky_science::sky_model::SkyModel;
+use sky_science::sky_model::{SkyError, SkyModel};
 use sky_science::spectrum::Spectrum;
 use sky_sim::optics::{OpticalProfile, OpticsSettings};
 use sky_sim::profile::AtmosphereProfile;
@@ -78,6 +78,19 @@ impl Air {
     }
 }
 
+/// Names of the engines.
+const TRANSPORT: &str = "transport";
+const SMARTS: &str = "smarts";
+
+/// What an engine says that has no answer within the domain.
+fn gave_up(sky: &'static str, turbidity: f64, why: &dyn fmt::Display) -> SkyError {
+    SkyError::GaveUp {
+        sky,
+        turbidity,
+        why: why.to_string(),
+    }
+}
+
 /// Engines by the bits of the turbidity, the oldest first to go.
 struct Cache<T>(Mutex<Kept<T>>);
 
@@ -97,13 +110,13 @@ impl<T> Cache<T> {
 
     /// The engine of a turbidity. It is made without holding the lock: its own work runs on the
     /// threads that may be waiting here.
-    fn get(&self, turbidity: f64, make: impl FnOnce() -> T) -> Arc<T> {
+    fn get<E>(&self, turbidity: f64, make: impl FnOnce() -> Result<T, E>) -> Result<Arc<T>, E> {
         let key = turbidity.to_bits();
         let lock = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(engine) = lock().0.get(&key) {
-            return Arc::clone(engine);
+            return Ok(Arc::clone(engine));
         }
-        let made = Arc::new(make());
+        let made = Arc::new(make()?);
         let mut guard = lock();
         let (engines, order) = &mut *guard;
         if !engines.contains_key(&key) {
@@ -112,7 +125,7 @@ impl<T> Cache<T> {
                 engines.remove(&order.remove(0));
             }
         }
-        Arc::clone(engines.entry(key).or_insert(made))
+        Ok(Arc::clone(engines.entry(key).or_insert(made)))
     }
 }
 
@@ -181,14 +194,14 @@ impl TransportSky {
     /// Radiance per unit of solar irradiance \[sr⁻¹\], entry `direction * wavelengths + wavelength`.
     ///
     /// # Errors
-    /// When the conditions lie outside the domain.
+    /// When the conditions lie outside the domain, or the engine gives up on the air.
     pub fn radiance_ratio(
         &self,
         conditions: &Conditions,
         directions: &[SkyDirection],
-    ) -> Result<Vec<f64>, OutsideDomain> {
+    ) -> Result<Vec<f64>, SkyError> {
         DOMAIN.check(conditions)?;
-        let solved = self.solved(conditions.turbidity);
+        let solved = self.solved(conditions.turbidity)?;
         Ok(solved.radiance_ratio(
             conditions.observer_altitude,
             conditions.sun_zenith,
@@ -198,12 +211,11 @@ impl TransportSky {
 
     /// The optics of a turbidity.
     ///
-    /// # Panics
-    /// Never: profile and settings were checked.
-    #[must_use]
-    pub fn optics(&self, turbidity: f64) -> OpticalProfile {
+    /// # Errors
+    /// When there are no optics of that turbidity.
+    pub fn optics(&self, turbidity: f64) -> Result<OpticalProfile, SkyError> {
         OpticalProfile::build(&self.air.profile, &self.air.with_turbidity(turbidity))
-            .expect("checked settings")
+            .map_err(|why| gave_up(TRANSPORT, turbidity, &why))
     }
 
     /// Lights from radiance per unit of solar irradiance, as [`Self::radiance_ratio`] has it.
@@ -214,24 +226,23 @@ impl TransportSky {
 
     /// The solved atmosphere of a turbidity.
     ///
-    /// # Panics
-    /// Never: profile, settings and albedo were checked, and a turbidity in the domain converges.
-    #[must_use]
-    pub fn solved(&self, turbidity: f64) -> Arc<Transport> {
+    /// # Errors
+    /// When the air is too dense for the engine.
+    pub fn solved(&self, turbidity: f64) -> Result<Arc<Transport>, SkyError> {
         self.solved.get(turbidity, || {
             Transport::solve(
-                &self.optics(turbidity),
+                &self.optics(turbidity)?,
                 self.air.ground_albedo,
                 &self.transport,
             )
-            .expect("checked optics")
+            .map_err(|why| gave_up(TRANSPORT, turbidity, &why))
         })
     }
 }
 
 impl SkyModel for TransportSky {
     fn name(&self) -> &'static str {
-        "transport"
+        TRANSPORT
     }
 
     fn domain(&self) -> &Domain {
@@ -242,9 +253,9 @@ impl SkyModel for TransportSky {
         &self,
         conditions: &Conditions,
         directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain> {
+    ) -> Result<Vec<Yxy>, SkyError> {
         DOMAIN.check(conditions)?;
-        let solved = self.solved(conditions.turbidity);
+        let solved = self.solved(conditions.turbidity)?;
         let ratios = solved.radiance_ratio(
             conditions.observer_altitude,
             conditions.sun_zenith,
@@ -287,34 +298,32 @@ impl SmartsSkyModel {
 
 impl SkyModel for SmartsSkyModel {
     fn name(&self) -> &'static str {
-        "smarts"
+        SMARTS
     }
 
     fn domain(&self) -> &Domain {
         &DOMAIN
     }
 
-    /// # Panics
-    /// Never: profile and settings were checked.
     fn yxy_map(
         &self,
         conditions: &Conditions,
         directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain> {
+    ) -> Result<Vec<Yxy>, SkyError> {
         DOMAIN.check(conditions)?;
         let sky = self.made.get(conditions.turbidity, || {
             let settings = self.air.with_turbidity(conditions.turbidity);
             SmartsSky::new(&self.air.profile, &settings, self.air.ground_albedo)
                 .and_then(|sky| sky.with_sun(&self.unit_sun))
-                .expect("checked settings")
-        });
+                .map_err(|why| gave_up(SMARTS, conditions.turbidity, &why))
+        })?;
         let map = sky
             .radiance(
                 conditions.observer_altitude,
                 conditions.sun_zenith,
                 directions,
             )
-            .expect("checked conditions");
+            .map_err(|why| gave_up(SMARTS, conditions.turbidity, &why))?;
         Ok(self.air.colors(&map.spectral_radiance))
     }
 }

@@ -5,7 +5,7 @@ use sky_core::air_mass::{chapman_air_mass, radius_in_scale_heights};
 use sky_core::color::Yxy;
 use sky_core::conditions::Conditions;
 use sky_core::direction::{SkyDirection, horizon_zenith};
-use sky_core::extended::{self, Coefficients, Radii, SCALE_HEIGHTS_KM, TERMS};
+use sky_core::extended::{self, Coefficients, SCALE_HEIGHTS_KM, ScaledRadii, TERMS};
 use sky_core::quantity::{Angle, Length, single};
 use sky_core::utm_sky::{LOWEST_RING_BEND, LOWEST_RING_DEG};
 
@@ -32,7 +32,7 @@ fn basis(direction: &SkyDirection, altitude: Length, sun_zenith: Angle) -> [f64;
     let a = |n: f64| 1.0 / (1.0 + n * air);
     let h = |n: f64| 1.0 / (1.0 + n * haze);
     let gamma = direction.scattering_angle(sun_zenith).radians();
-    let mu = direction.cos_scattering_angle(sun_zenith);
+    let cos_gamma = direction.cos_scattering_angle(sun_zenith);
     let e = |n: f64| (-n * gamma).exp();
     [
         1.0,
@@ -40,22 +40,22 @@ fn basis(direction: &SkyDirection, altitude: Length, sun_zenith: Angle) -> [f64;
         e(2.0),
         a(50.0),
         a(200.0),
-        mu * mu,
-        a(200.0) * mu,
-        h(5.0) * mu,
+        cos_gamma * cos_gamma,
+        a(200.0) * cos_gamma,
+        h(5.0) * cos_gamma,
         h(5.0),
         h(5.0) * e(2.0),
-        a(50.0) * mu,
-        a(3.0) * mu,
+        a(50.0) * cos_gamma,
+        a(3.0) * cos_gamma,
         a(1000.0),
         h(100.0) * e(1.0),
-        a(1000.0) * mu,
-        a(1.0) * mu * mu,
+        a(1000.0) * cos_gamma,
+        a(1.0) * cos_gamma * cos_gamma,
         a(1000.0) * e(1.0),
         a(1.0) * e(8.0),
         a(1.0),
         a(200.0) * e(1.0),
-        a(10.0) * mu,
+        a(10.0) * cos_gamma,
         h(20.0) * e(1.0),
     ]
 }
@@ -90,7 +90,7 @@ pub fn in_f64(
 #[must_use]
 pub fn with_coefficients(
     coefficients: &Coefficients,
-    radii: Radii,
+    radii: ScaledRadii,
     direction: &SkyDirection,
     conditions: &Conditions,
 ) -> Yxy {

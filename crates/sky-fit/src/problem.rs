@@ -59,7 +59,8 @@ impl Channel {
 
     /// Shapes from which several starts are made: thin and thick, wide and narrow aureole, brighter
     /// and darker toward the horizon. The first is [`Self::reference`].
-    const fn starts(self) -> [[f64; 5]; 8] {
+    #[must_use]
+    pub const fn starts(self) -> [[f64; 5]; 8] {
         match self {
             Self::Luminance => [
                 Self::Luminance.reference().to_array(),

@@ -357,6 +357,38 @@ impl LevenbergMarquardt {
         -slope - 0.5 * curvature
     }
 
+    /// The damped step from a place, cut at the bounds.
+    fn bounded_step(&mut self, parameters: &DVector<f64>) {
+        self.damped_step();
+        self.trial.copy_from(parameters);
+        self.trial += &self.step;
+        let mut trial = std::mem::replace(&mut self.trial, DVector::zeros(0));
+        self.clamp_to_bounds(&mut trial);
+        self.trial = trial;
+        self.trial.sub_to(parameters, &mut self.step);
+    }
+
+    /// Moves to the trial, whose cost is lower; `None` where there are no derivatives.
+    fn accept(&mut self, cost: f64, trial_cost: f64, predicted: f64) -> Option<DVector<f64>> {
+        let reduction = cost - trial_cost;
+        let gain = reduction / predicted;
+        std::mem::swap(&mut self.residuals, &mut self.trial_residuals);
+        let accepted = self.trial.clone();
+        if !self.linearize(&accepted) {
+            // Values without derivatives: stay where both are known.
+            std::mem::swap(&mut self.residuals, &mut self.trial_residuals);
+            self.stop = Some(StopReason::NoProgress);
+            return None;
+        }
+        self.damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0);
+        self.damping_growth = 2.0;
+        let worthwhile = self.options.cost_tolerance * cost;
+        if reduction <= worthwhile && predicted <= worthwhile {
+            self.stop = Some(StopReason::SmallReduction);
+        }
+        Some(accepted)
+    }
+
     fn iterate<O: LeastSquares>(
         &mut self,
         problem: &O,
@@ -372,14 +404,7 @@ impl LevenbergMarquardt {
             return (parameters, cost);
         }
         loop {
-            self.damped_step();
-            self.trial.copy_from(&parameters);
-            self.trial += &self.step;
-            let mut trial = std::mem::replace(&mut self.trial, DVector::zeros(0));
-            self.clamp_to_bounds(&mut trial);
-            self.trial = trial;
-            self.trial.sub_to(&parameters, &mut self.step);
-
+            self.bounded_step(&parameters);
             let scaled = |v: &DVector<f64>| v.component_mul(&self.scale).norm();
             if scaled(&self.step)
                 <= self.options.step_tolerance * (scaled(&parameters) + self.options.step_tolerance)
@@ -402,23 +427,10 @@ impl LevenbergMarquardt {
                 let trial_cost = 0.5 * self.trial_residuals.norm_squared();
                 // NaN and infinity fail this test as a higher cost does.
                 if trial_cost < cost {
-                    let reduction = cost - trial_cost;
-                    let gain = reduction / predicted;
-                    std::mem::swap(&mut self.residuals, &mut self.trial_residuals);
-                    let accepted = self.trial.clone();
-                    if !self.linearize(&accepted) {
-                        // Values without derivatives: stay where both are known.
-                        std::mem::swap(&mut self.residuals, &mut self.trial_residuals);
-                        self.stop = Some(StopReason::NoProgress);
-                        return (parameters, cost);
-                    }
-                    self.damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0);
-                    self.damping_growth = 2.0;
-                    let worthwhile = self.options.cost_tolerance * cost;
-                    if reduction <= worthwhile && predicted <= worthwhile {
-                        self.stop = Some(StopReason::SmallReduction);
-                    }
-                    return (accepted, trial_cost);
+                    return match self.accept(cost, trial_cost, predicted) {
+                        Some(accepted) => (accepted, trial_cost),
+                        None => (parameters, cost),
+                    };
                 }
                 // At the end rounding decides whether a tiny step looks like progress.
                 if predicted <= f64::EPSILON * cost {

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use sky_core::air_mass::relative_air_mass;
 use sky_core::axis::{Axis, AxisError};
 use sky_core::color::Yxy;
-use sky_core::conditions::{Conditions, OutsideDomain};
+use sky_core::conditions::Conditions;
 use sky_core::direction::{SkyDirection, horizon_zenith};
 use sky_core::extended;
 use sky_core::lut::Form;
@@ -18,7 +18,7 @@ use sky_science::direction::report_directions;
 use sky_science::metrics::{SUN_EXCLUSION_DEG, is_clear_of_sun};
 use sky_science::perez::plane_parallel_air_mass;
 use sky_science::perez_sky::PEREZ_SCALE_HEIGHT_KM;
-use sky_science::sky_model::SkyModel;
+use sky_science::sky_model::{SkyError, SkyModel};
 
 use crate::banded::{BandedSystem, NotPositive};
 use crate::problem::{
@@ -197,9 +197,9 @@ impl SkyMap {
 /// Why a grid was not fitted.
 #[derive(Debug, thiserror::Error)]
 pub enum SweepError {
-    /// The sky does not cover the grid.
+    /// The sky has no answer on the grid.
     #[error("grid: {0}")]
-    Outside(#[from] OutsideDomain),
+    Sky(#[from] SkyError),
     /// A channel that could not be fitted.
     #[error(
         "altitude {altitude_km} km, turbidity {turbidity}, sun zenith {sun_zenith_deg} deg: {source}"
@@ -335,24 +335,34 @@ fn prepare(truth: &dyn SkyModel, grid: &Grid) -> Result<(), SweepError> {
     Ok(())
 }
 
+/// What a fit of Perez's formula sees of a map.
+fn samples(map: &SkyMap, form: Form, value: fn(&Yxy) -> f64) -> Vec<Sample> {
+    let mass = |d: &SkyDirection| match form {
+        Form::PerezReport => plane_parallel_air_mass(d.view_zenith.radians().cos()),
+        _ => relative_air_mass(
+            d.view_zenith.radians().cos(),
+            map.conditions.observer_altitude,
+            Length::from_km(PEREZ_SCALE_HEIGHT_KM),
+        ),
+    };
+    map.directions
+        .iter()
+        .zip(&map.sky)
+        .map(|(d, light)| Sample {
+            air_mass: mass(d),
+            scattering_angle: d.scattering_angle(map.conditions.sun_zenith),
+            value: value(light),
+            // solid angle, but never so little that the zenith or the horizon is forgotten
+            weight: d.view_zenith.radians().sin().max(0.1),
+        })
+        .collect()
+}
+
 fn fit_node(
     map: &SkyMap,
     form: Form,
     (altitude_km, turbidity, sun_zenith_deg): (f64, f64, f64),
 ) -> Result<NodeFit, SweepError> {
-    let SkyMap {
-        conditions,
-        directions,
-        sky,
-    } = map;
-    let mass = |d: &SkyDirection| match form {
-        Form::PerezReport => plane_parallel_air_mass(d.view_zenith.radians().cos()),
-        _ => relative_air_mass(
-            d.view_zenith.radians().cos(),
-            conditions.observer_altitude,
-            Length::from_km(PEREZ_SCALE_HEIGHT_KM),
-        ),
-    };
     let mut channels = Vec::new();
     for (channel, value) in [
         (
@@ -362,20 +372,10 @@ fn fit_node(
         (Channel::ChromaticityX, |y| y.x),
         (Channel::ChromaticityY, |y| y.y),
     ] {
-        let samples: Vec<Sample> = directions
-            .iter()
-            .zip(sky)
-            .map(|(d, light)| Sample {
-                air_mass: mass(d),
-                scattering_angle: d.scattering_angle(conditions.sun_zenith),
-                value: value(light),
-                // solid angle, but never so little that the zenith or the horizon is forgotten
-                weight: d.view_zenith.radians().sin().max(0.1),
-            })
-            .collect();
+        let samples = samples(map, form, value);
         let sky = SkySamples {
             samples: &samples,
-            sun_zenith: conditions.sun_zenith,
+            sun_zenith: map.conditions.sun_zenith,
             zenith_air_mass: 1.0,
         };
         let fit = fit_channel(&sky, channel, Starts::Several, &FitOptions::default()).map_err(
@@ -601,7 +601,7 @@ impl MapEquations {
 fn basis_in(direction: &SkyDirection, conditions: &Conditions) -> [f64; extended::TERMS] {
     extended::basis(
         single(direction.view_zenith.radians().cos()),
-        extended::Radii::at(conditions.observer_altitude),
+        extended::ScaledRadii::at(conditions.observer_altitude),
         single(direction.scattering_angle(conditions.sun_zenith).radians()),
         single(direction.cos_scattering_angle(conditions.sun_zenith)),
     )

@@ -176,10 +176,10 @@ impl Screen {
                 self.check()?;
             }
             match self.surface.get_current_texture() {
-                CurrentSurfaceTexture::Success(picture) => return Ok(Some(picture)),
-                CurrentSurfaceTexture::Suboptimal(picture) => {
+                CurrentSurfaceTexture::Success(texture) => return Ok(Some(texture)),
+                CurrentSurfaceTexture::Suboptimal(texture) => {
                     self.must_configure = true;
-                    return Ok(Some(picture));
+                    return Ok(Some(texture));
                 }
                 CurrentSurfaceTexture::Outdated | CurrentSurfaceTexture::Lost => {
                     self.must_configure = true;
@@ -193,9 +193,9 @@ impl Screen {
         Err(ScreenError::Lost)
     }
 
-    /// Shows a picture.
-    pub fn present(&self, picture: wgpu::SurfaceTexture) {
-        self.gpu.queue.present(picture);
+    /// Shows a texture that [`Self::next_target`] gave.
+    pub fn present(&self, texture: wgpu::SurfaceTexture) {
+        self.gpu.queue.present(texture);
     }
 
     fn check(&self) -> Result<(), ScreenError> {

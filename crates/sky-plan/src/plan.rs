@@ -24,7 +24,7 @@ use sky_eval::tiers::{BakedSky, DomeSky};
 use sky_eval::truth::{DOMAIN, TransportSky};
 
 use crate::scene::{Tolerance, range_within, within};
-use crate::space::{Lattice, axes, ranges};
+use crate::space::{Lattice, axes, by_altitude, ranges};
 
 /// Three numbers or ranges, one an axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -351,12 +351,6 @@ pub(crate) fn values(
             )?)
         })
         .collect::<Result<_>>()?;
-    let row = sun.len() * 3 * terms.len();
-    Ok((0..altitude.len())
-        .flat_map(|a| {
-            fits.iter()
-                .flat_map(move |fit| &fit[a * row..(a + 1) * row])
-        })
-        .copied()
-        .collect())
+    let fits: Vec<&[f64]> = fits.iter().map(Vec::as_slice).collect();
+    Ok(by_altitude(&fits, altitude.len()))
 }

@@ -18,7 +18,7 @@ use sky_eval::score::{Case, Score, score_of};
 use sky_fit::sweep::fit_turbidity;
 
 use crate::scene::Tolerance;
-use crate::space::{Lattice, axes, candidates, coarsest, middle, ranges};
+use crate::space::{Lattice, axes, by_altitude, candidates, coarsest, middle, ranges};
 
 /// Names and units of the axes, in the table's order.
 pub(crate) const AXES: [(&str, &str); 3] = [
@@ -31,7 +31,7 @@ pub(crate) const AXES: [(&str, &str); 3] = [
 const KEPT: usize = 512;
 
 /// Tables beyond this are not tried.
-const MOST_BYTES: usize = 1 << 20;
+const MAX_BYTES: usize = 1 << 20;
 
 /// Nodes and products of a table.
 #[derive(Clone, Debug, PartialEq)]
@@ -152,19 +152,13 @@ impl<'a> Search<'a> {
 
     /// The table of a choice, whose turbidities were prepared.
     pub(crate) fn lut(&self, choice: &Choice) -> Result<Lut> {
-        let [altitude, turbidity, sun] = &choice.nodes;
+        let [altitude, turbidity, _] = &choice.nodes;
         let fits: Vec<Arc<Vec<f64>>> = turbidity
             .par_iter()
             .map(|t| self.values_at(*t, choice))
             .collect::<Result<_>>()?;
-        let row = sun.len() * 3 * choice.terms.len();
-        let values: Vec<f64> = (0..altitude.len())
-            .flat_map(|a| {
-                fits.iter()
-                    .flat_map(move |fit| &fit[a * row..(a + 1) * row])
-            })
-            .copied()
-            .collect();
+        let fits: Vec<&[f64]> = fits.iter().map(|fit| fit.as_slice()).collect();
+        let values = by_altitude(&fits, altitude.len());
         let [altitude_km, turbidity, sun_zenith_deg] = axes(choice.nodes.clone())?;
         let header = LutHeader {
             altitude_km,
@@ -344,7 +338,7 @@ impl<'a> Search<'a> {
             };
             let best = trials
                 .into_iter()
-                .filter(|(_, t)| t.bytes <= MOST_BYTES)
+                .filter(|(_, t)| t.bytes <= MAX_BYTES)
                 .max_by(|(_, a), (_, b)| worth(a).total_cmp(&worth(b)));
             match best {
                 Some((_, best)) => current = best,

@@ -163,7 +163,7 @@ impl<'a> Lattice<'a> {
                 continue;
             }
             // alone, for it does its own parallel work
-            drop(self.truth.solved(*turbidity));
+            self.truth.solved(*turbidity)?;
             let made: Vec<(MapEquations, SkyMap)> = self
                 .places
                 .par_iter()
@@ -197,6 +197,19 @@ pub(crate) fn axes([altitude, turbidity, sun]: [Vec<f64>; 3]) -> Result<[Axis; 3
     ])
 }
 
+/// Values of a table, altitude by altitude, from those of each turbidity.
+pub(crate) fn by_altitude(fits: &[&[f64]], altitudes: usize) -> Vec<f64> {
+    (0..altitudes)
+        .flat_map(|a| {
+            fits.iter().flat_map(move |fit| {
+                let row = fit.len() / altitudes;
+                &fit[a * row..(a + 1) * row]
+            })
+        })
+        .copied()
+        .collect()
+}
+
 /// The coarsest nodes: one an axis.
 pub(crate) fn coarsest(domain: &Domain) -> [Vec<f64>; 3] {
     let ranges = ranges(domain);
@@ -206,6 +219,15 @@ pub(crate) fn coarsest(domain: &Domain) -> [Vec<f64>; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn turbidities_stand_side_by_side_at_each_altitude() {
+        let found = by_altitude(&[&[1.0, 2.0, 3.0, 4.0], &[5.0, 6.0, 7.0, 8.0]], 2);
+        assert_eq!(
+            format!("{found:?}"),
+            "[1.0, 2.0, 5.0, 6.0, 3.0, 4.0, 7.0, 8.0]"
+        );
+    }
 
     #[test]
     fn places_ascend_from_bound_to_bound() {

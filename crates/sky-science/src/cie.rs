@@ -67,6 +67,23 @@ pub struct ColorWeights {
     weights: Vec<[f64; 3]>,
 }
 
+/// What wavelengths must cover to have a color \[nm\]: beyond it lies less than 1 % of each color
+/// matching function's sum.
+pub const VISIBLE_NM: [f64; 2] = [400.0, 700.0];
+
+/// Checks wavelengths, and that they cover the visible; returns their range \[nm\].
+fn visible(wavelength_nm: &[f64]) -> Result<[f64; 2], SpectrumError> {
+    check_wavelengths(wavelength_nm, 2)?;
+    let found_nm = [wavelength_nm[0], wavelength_nm[wavelength_nm.len() - 1]];
+    if found_nm[0] > VISIBLE_NM[0] || found_nm[1] < VISIBLE_NM[1] {
+        return Err(SpectrumError::NotVisible {
+            expected_nm: VISIBLE_NM,
+            found_nm,
+        });
+    }
+    Ok(found_nm)
+}
+
 impl ColorWeights {
     /// Weights for spectral radiance \[W·m⁻²·sr⁻¹·nm⁻¹\]: trapezoid rule on the given wavelengths
     /// with the color matching functions interpolated linearly there.
@@ -75,9 +92,9 @@ impl ColorWeights {
     /// 10 nm steps is better served by [`Self::for_radiance_ratio`].
     ///
     /// # Errors
-    /// When the wavelengths are not positive and strictly ascending.
+    /// When the wavelengths are not positive and strictly ascending, or do not cover the visible.
     pub fn for_spectral_radiance(wavelength_nm: &[f64]) -> Result<Self, SpectrumError> {
-        check_wavelengths(wavelength_nm, 1)?;
+        visible(wavelength_nm)?;
         let weights = trapezoid_weights(wavelength_nm)
             .iter()
             .zip(wavelength_nm)
@@ -100,14 +117,13 @@ impl ColorWeights {
     /// the grid. `solar_irradiance` is normal to the beam \[W·m⁻²·nm⁻¹\].
     ///
     /// # Errors
-    /// When there are fewer than two wavelengths, when they are not positive and strictly ascending,
-    /// or when the solar spectrum does not cover them.
+    /// When there are fewer than two wavelengths, when they are not positive and strictly ascending or
+    /// do not cover the visible, or when the solar spectrum does not cover them.
     pub fn for_radiance_ratio(
         wavelength_nm: &[f64],
         solar_irradiance: &Spectrum,
     ) -> Result<Self, SpectrumError> {
-        check_wavelengths(wavelength_nm, 2)?;
-        let range = [wavelength_nm[0], wavelength_nm[wavelength_nm.len() - 1]];
+        let range = visible(wavelength_nm)?;
         let not_covered = SpectrumError::NotCovered {
             expected_nm: range,
             found_nm: solar_irradiance.range_nm(),

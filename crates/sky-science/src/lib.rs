@@ -11,6 +11,7 @@ pub mod lagrange;
 pub mod metrics;
 pub mod perez;
 pub mod perez_sky;
+pub mod phase;
 pub mod shader_sky;
 pub mod sky_model;
 pub mod spectrum;

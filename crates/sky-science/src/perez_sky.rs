@@ -10,13 +10,13 @@ use sky_core::color::{
 };
 use sky_core::conditions::{Conditions, Domain, OutsideDomain};
 use sky_core::direction::{SkyDirection, horizon_zenith};
-use sky_core::extended::{Radii, angle, angle_from_sun};
+use sky_core::extended::{ScaledRadii, angle, angle_from_sun};
 use sky_core::lut::{Form, Interpolation, Lut};
 use sky_core::quantity::single;
 use sky_core::utm_sky::{HORIZON_SLACK, haze_coordinate};
 
 use crate::lagrange::{four_from, lagrange_weights};
-use crate::sky_model::SkyModel;
+use crate::sky_model::{SkyError, SkyModel};
 
 /// Values of a channel at a node: zenith, A–E.
 pub const PEREZ_TERMS: usize = 6;
@@ -54,7 +54,7 @@ pub struct PerezFrame {
     /// Zenith and A–E of Y, x and y at each node.
     pub coefficients: [[[f32; PEREZ_TERMS]; 3]; MAX_CORNERS],
     /// What the air masses need of the altitude.
-    pub radii: Radii,
+    pub radii: ScaledRadii,
     /// Sine and cosine of the sun's zenith angle.
     pub sun: [f32; 2],
     /// Cosine of the geometric horizon's zenith angle.
@@ -108,7 +108,7 @@ impl PerezSky {
             corners: 0,
             weights: [0.0; MAX_CORNERS],
             coefficients: [[[0.0; PEREZ_TERMS]; 3]; MAX_CORNERS],
-            radii: Radii::at(conditions.observer_altitude),
+            radii: ScaledRadii::at(conditions.observer_altitude),
             sun: [single(sin_sun), single(cos_sun)],
             cos_horizon: single(horizon.radians().cos()),
         };
@@ -148,7 +148,7 @@ impl PerezFrame {
         let air_mass = if self.plane_parallel {
             1.0 / cosine.max(0.0)
         } else {
-            chapman_air_mass_f32(cosine, self.radii.scale_heights[0])
+            chapman_air_mass_f32(cosine, self.radii.in_scale_heights[0])
         };
         let [sin_sun, cos_sun] = self.sun;
         let [luminance, x, y] = self.light(air_mass, gamma, angle(sin_sun, cos_sun));
@@ -241,7 +241,7 @@ impl SkyModel for PerezSky {
         &self,
         conditions: &Conditions,
         directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain> {
+    ) -> Result<Vec<Yxy>, SkyError> {
         let frame = self.frame(conditions)?;
         Ok(directions
             .iter()

@@ -62,6 +62,17 @@ pub enum SpectrumError {
         /// The range of the spectrum \[nm\].
         found_nm: [f64; 2],
     },
+    /// Wavelengths that leave out a part of the visible have no color.
+    #[error(
+        "the wavelengths cover {}..{} nm, expected them to cover {}..{} nm for a color",
+        found_nm[0], found_nm[1], expected_nm[0], expected_nm[1]
+    )]
+    NotVisible {
+        /// The range needed \[nm\].
+        expected_nm: [f64; 2],
+        /// The range of the wavelengths \[nm\].
+        found_nm: [f64; 2],
+    },
     /// A uniform grid needs a step that divides its range.
     #[error("a step of {step_nm} nm does not divide {}..{} nm", range_nm[0], range_nm[1])]
     StepDoesNotDivide {

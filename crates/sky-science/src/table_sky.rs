@@ -7,7 +7,7 @@ use sky_core::lut::{Form, Lut};
 use sky_core::utm_sky::{SkyFrame, TableError, UtmSky};
 
 use crate::perez_sky::{PerezFrame, PerezSky};
-use crate::sky_model::SkyModel;
+use crate::sky_model::{SkyError, SkyModel};
 
 /// The sky of a table, whatever its form.
 #[derive(Clone, Debug)]
@@ -112,7 +112,7 @@ impl SkyModel for TableSky {
         &self,
         conditions: &Conditions,
         directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain> {
+    ) -> Result<Vec<Yxy>, SkyError> {
         self.model().yxy_map(conditions, directions)
     }
 }

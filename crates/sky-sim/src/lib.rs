@@ -8,7 +8,6 @@ pub mod aerosol;
 pub mod gases;
 pub mod optics;
 pub mod ozone;
-pub mod phase;
 pub mod plane_parallel;
 pub mod profile;
 mod quadrature;

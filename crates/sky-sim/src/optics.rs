@@ -8,7 +8,7 @@ use crate::profile::{AtmosphereProfile, Gas};
 use crate::table::{ColumnSpec, Table, TableError};
 use crate::{aerosol, gases, ozone, rayleigh};
 use serde::{Deserialize, Serialize};
-use sky_core::haze::{Haze, HazeError};
+use sky_core::haze::{Haze, HazeError, KOSCHMIEDER_2_PERCENT};
 use sky_core::quantity::Length;
 use thiserror::Error;
 
@@ -122,7 +122,8 @@ impl Default for OpticsSettings {
 }
 
 const PER_KM: [f64; 2] = [0.0, 1e3];
-const G: [f64; 2] = [-1.0, 1.0];
+/// At |g| = 1 all light goes on in one direction: no phase function, and NaN there.
+const G: [f64; 2] = [-0.999, 0.999];
 const COLUMNS: [ColumnSpec; 9] = [
     ColumnSpec::required("altitude_km", [0.0, 1000.0]),
     ColumnSpec::required("wavelength_nm", [200.0, 4000.0]),
@@ -153,6 +154,9 @@ pub enum OpticsError {
     /// The haze cannot be.
     #[error(transparent)]
     Haze(#[from] HazeError),
+    /// A visual range without the aerosol that makes it.
+    #[error("visual range: expected the constituent aerosol, found it switched off")]
+    VisualRangeWithoutAerosol,
     /// A setting outside its bounds.
     #[error("{setting}: expected {} to {}, found {found}", expected[0], expected[1])]
     Setting {
@@ -213,6 +217,16 @@ pub enum OpticsError {
         /// Line of the lowest level.
         line: u64,
         /// Its altitude \[km\].
+        found: f64,
+    },
+    /// An observer above the last level.
+    #[error(
+        "observer altitude [km]: expected at most {top_km}, where the optics end, found {found}"
+    )]
+    ObserverAbove {
+        /// The last level \[km\].
+        top_km: f64,
+        /// The observer's altitude \[km\].
         found: f64,
     },
     /// Fewer than two levels.
@@ -308,18 +322,83 @@ impl OpticsSettings {
         Ok(())
     }
 
+    /// Vertical optical depth of all aerosol at 500 nm over an atmosphere.
+    ///
+    /// A visual range V \[km\] is taken at its word: the extinction at 550 nm of everything at the
+    /// profile's ground is 3.912/V (Koschmieder, 2 % contrast), whatever the scale height of the haze
+    /// and the share of the stratosphere.
+    ///
+    /// # Errors
+    /// Settings out of bounds, impossible haze, a visual range that this air does not allow or that no
+    /// aerosol is there for.
+    pub fn optical_depth_500(&self, profile: &AtmosphereProfile) -> Result<f64, OpticsError> {
+        self.check()?;
+        let Haze::VisualRange(range) = self.haze else {
+            return Ok(self.haze.optical_depth_500()?);
+        };
+        let found = range.km();
+        if !found.is_finite() {
+            return Err(HazeError::NotFinite {
+                quantity: "visual range [km]",
+                found,
+            }
+            .into());
+        }
+        if !self.constituents.aerosol {
+            return Err(OpticsError::VisualRangeWithoutAerosol);
+        }
+        // extinction is linear in the haze, and the first share of all aerosol is no haze
+        let least = self.stratospheric_optical_depth_500();
+        let clear = self.ground_extinction_550_per_km(profile, least)?;
+        let per_depth = self.ground_extinction_550_per_km(profile, least + 1.0)? - clear;
+        let clean_air_km = KOSCHMIEDER_2_PERCENT / clear;
+        // a range that was read off clean air must not fail by its last digit
+        if found <= 0.0 || found > clean_air_km * (1.0 + 1e-9) {
+            return Err(HazeError::VisualRange {
+                found,
+                clean_air_km,
+            }
+            .into());
+        }
+        Ok(least + (KOSCHMIEDER_2_PERCENT / found - clear).max(0.0) / per_depth)
+    }
+
+    /// Extinction of everything at the ground at 550 nm \[km⁻¹\].
+    fn ground_extinction_550_per_km(
+        &self,
+        profile: &AtmosphereProfile,
+        optical_depth_500: f64,
+    ) -> Result<f64, OpticsError> {
+        let settings = Self {
+            wavelength_nm: vec![550.0],
+            haze: Haze::OpticalDepth500(optical_depth_500),
+            // the exponent of a haze that is no longer there
+            angstrom_exponent: self.effective_angstrom_exponent(),
+            ..self.clone()
+        };
+        let optics = OpticalProfile::build(profile, &settings)?;
+        Ok(optics.extinction_per_km(0))
+    }
+
+    /// Vertical optical depth at 500 nm of the stratospheric aerosol, the first share of all aerosol.
+    #[must_use]
+    pub fn stratospheric_optical_depth_500(&self) -> f64 {
+        if self.constituents.aerosol && self.constituents.stratospheric_aerosol {
+            aerosol::stratosphere_optical_depth_550(0.0)
+                * aerosol::stratosphere(500.0).relative_extinction
+        } else {
+            0.0
+        }
+    }
+
     /// The aerosol's optical depths and spectra at one wavelength.
     pub(crate) fn aerosol_at(&self, optical_depth_500: f64, wavelength_nm: f64) -> AerosolOptics {
         if !self.constituents.aerosol {
             return AerosolOptics::default();
         }
-        let stratospheric_500 = if self.constituents.stratospheric_aerosol {
-            aerosol::stratosphere_optical_depth_550(0.0)
-                * aerosol::stratosphere(500.0).relative_extinction
-        } else {
-            0.0
-        };
-        let layer_500 = stratospheric_500.min(optical_depth_500);
+        let layer_500 = self
+            .stratospheric_optical_depth_500()
+            .min(optical_depth_500);
         let (rural, layer) = (
             aerosol::rural(wavelength_nm),
             aerosol::stratosphere(wavelength_nm),
@@ -489,6 +568,55 @@ pub(crate) fn two_terms_of_mixture(terms: &[(f64, f64)]) -> Option<[f64; 3]> {
     Some([g_mean + high, g_mean + low, -low / (high - low)])
 }
 
+/// Checks that a column of the second phase function does not stand alone.
+fn check_companions(table: &Table) -> Result<(), OpticsError> {
+    for (column, companion) in [(G2, G_WEIGHT), (G_WEIGHT, G2)] {
+        if table.optional_column(column).is_some() && table.optional_column(companion).is_none() {
+            return Err(OpticsError::LoneColumn {
+                file: table.file.clone(),
+                line: table.header_line,
+                column: COLUMNS[column].name,
+                companion: COLUMNS[companion].name,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The row of each altitude and wavelength, in the order of the tables.
+fn rows_in_order(
+    table: &Table,
+    altitude_km: &[f64],
+    wavelength_nm: &[f64],
+) -> Result<Vec<usize>, OpticsError> {
+    let count = wavelength_nm.len();
+    let place = |axis: &[f64], v: f64| axis.partition_point(|x| x.total_cmp(&v).is_lt());
+    let mut row_at: Vec<Option<usize>> = vec![None; altitude_km.len() * count];
+    for (row, (&z, &nm)) in table.column(0).iter().zip(table.column(1)).enumerate() {
+        let entry = place(altitude_km, z) * count + place(wavelength_nm, nm);
+        if row_at[entry].replace(row).is_some() {
+            return Err(OpticsError::Duplicate {
+                file: table.file.clone(),
+                line: table.line[row],
+                altitude_km: z,
+                found: nm,
+            });
+        }
+    }
+    row_at
+        .iter()
+        .enumerate()
+        .map(|(entry, row)| {
+            row.ok_or_else(|| OpticsError::Hole {
+                file: table.file.clone(),
+                line: table.last_line(),
+                altitude_km: altitude_km[entry / count],
+                wavelength_nm: wavelength_nm[entry % count],
+            })
+        })
+        .collect()
+}
+
 impl OpticalProfile {
     /// Optics of an atmosphere.
     ///
@@ -503,8 +631,7 @@ impl OpticalProfile {
         profile: &AtmosphereProfile,
         settings: &OpticsSettings,
     ) -> Result<Self, OpticsError> {
-        settings.check()?;
-        let optical_depth_500 = settings.haze.optical_depth_500()?;
+        let optical_depth_500 = settings.optical_depth_500(profile)?;
         let altitude_km = level_altitudes_km();
         let on_levels = Shapes::new(profile, settings, &altitude_km);
         let size = altitude_km.len() * settings.wavelength_nm.len();
@@ -586,18 +713,7 @@ impl OpticalProfile {
     /// The first thing that is wrong, with file, line and column.
     pub fn from_csv_str(name: &str, text: &str) -> Result<Self, OpticsError> {
         let table = Table::read(name, text, &COLUMNS, 1)?;
-        let last_line = table.line.last().copied().unwrap_or(table.header_line);
-        for (column, companion) in [(G2, G_WEIGHT), (G_WEIGHT, G2)] {
-            if table.optional_column(column).is_some() && table.optional_column(companion).is_none()
-            {
-                return Err(OpticsError::LoneColumn {
-                    file: name.to_owned(),
-                    line: table.header_line,
-                    column: COLUMNS[column].name,
-                    companion: COLUMNS[companion].name,
-                });
-            }
-        }
+        check_companions(&table)?;
         let axis = |column: usize| {
             let mut values = table.column(column).to_vec();
             values.sort_by(f64::total_cmp);
@@ -609,42 +725,17 @@ impl OpticalProfile {
         if altitude_km[0] > 0.0 {
             return Err(OpticsError::NoGround {
                 file: name.to_owned(),
-                line: row_of(altitude_km[0]).map_or(last_line, |row| table.line[row]),
+                line: row_of(altitude_km[0]).map_or(table.last_line(), |row| table.line[row]),
                 found: altitude_km[0],
             });
         }
         if altitude_km.len() < 2 {
             return Err(OpticsError::OneLevel {
                 file: name.to_owned(),
-                line: last_line,
+                line: table.last_line(),
             });
         }
-        let count = wavelength_nm.len();
-        let place = |axis: &[f64], v: f64| axis.partition_point(|x| x.total_cmp(&v).is_lt());
-        let mut row_at: Vec<Option<usize>> = vec![None; altitude_km.len() * count];
-        for (row, (&z, &nm)) in table.column(0).iter().zip(table.column(1)).enumerate() {
-            let entry = place(&altitude_km, z) * count + place(&wavelength_nm, nm);
-            if row_at[entry].replace(row).is_some() {
-                return Err(OpticsError::Duplicate {
-                    file: name.to_owned(),
-                    line: table.line[row],
-                    altitude_km: z,
-                    found: nm,
-                });
-            }
-        }
-        let rows: Vec<usize> = row_at
-            .iter()
-            .enumerate()
-            .map(|(entry, row)| {
-                row.ok_or_else(|| OpticsError::Hole {
-                    file: name.to_owned(),
-                    line: last_line,
-                    altitude_km: altitude_km[entry / count],
-                    wavelength_nm: wavelength_nm[entry % count],
-                })
-            })
-            .collect::<Result<_, _>>()?;
+        let rows = rows_in_order(&table, &altitude_km, &wavelength_nm)?;
         let sorted = |column: usize, default: f64| -> Vec<f64> {
             table.optional_column(column).map_or_else(
                 || vec![default; rows.len()],
@@ -757,17 +848,34 @@ impl OpticalProfile {
         })
     }
 
+    /// Checks that an observer stands below the last level: above it there would be nothing to see.
+    ///
+    /// # Errors
+    /// An altitude above the last level, or none.
+    pub fn check_observer(&self, altitude: Length) -> Result<(), OpticsError> {
+        let top_km = self.altitude_km.last().copied().unwrap_or(0.0);
+        let found = altitude.km();
+        // kilometers were converted; an altitude on the last level must stay inside
+        if found < top_km + 1e-9 {
+            Ok(())
+        } else {
+            Err(OpticsError::ObserverAbove { top_km, found })
+        }
+    }
+
+    /// Extinction coefficient of everything \[km⁻¹\] at an entry of the tables.
+    fn extinction_per_km(&self, entry: usize) -> f64 {
+        self.rayleigh_scattering_per_km[entry]
+            + self.gas_absorption_per_km[entry]
+            + self.aerosol_scattering_per_km[entry]
+            + self.aerosol_absorption_per_km[entry]
+    }
+
     /// Vertical optical depth above an altitude, per wavelength; 0 above the last level.
     #[must_use]
     pub fn vertical_optical_depth(&self, altitude: Length) -> Vec<f64> {
         let (z, count) = (&self.altitude_km, self.wavelength_nm.len());
-        let extinction = |level: usize, w: usize| {
-            let entry = level * count + w;
-            self.rayleigh_scattering_per_km[entry]
-                + self.gas_absorption_per_km[entry]
-                + self.aerosol_scattering_per_km[entry]
-                + self.aerosol_absorption_per_km[entry]
-        };
+        let extinction = |level: usize, w: usize| self.extinction_per_km(level * count + w);
         let mut depth = vec![0.0; count];
         for level in 1..z.len() {
             let low = z[level - 1].max(altitude.km());
@@ -898,7 +1006,7 @@ impl<'a> BandAbsorption<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::phase;
+    use sky_science::phase;
 
     #[test]
     fn there_are_fewer_than_400_levels_and_they_ascend() {
@@ -1012,6 +1120,36 @@ mod tests {
             read("0,500,-0.01,0,0,0,0\n"),
             Err(OpticsError::Table(TableError::OutOfRange { line: 2, .. }))
         ));
+    }
+
+    #[test]
+    fn b2_what_optics_cannot_be_asked_is_refused() -> Result<(), OpticsError> {
+        let header = "altitude_km,wavelength_nm,rayleigh_scattering_per_km,gas_absorption_per_km,aerosol_scattering_per_km,aerosol_absorption_per_km,aerosol_g";
+        let read = |rows: &str| OpticalProfile::from_csv_str("o.csv", &format!("{header}\n{rows}"));
+        // a negative zero is the same level
+        assert!(matches!(
+            read("-0,500,0.01,0,0,0,0\n0,500,0.01,0,0,0,0\n1,500,0.01,0,0,0,0\n"),
+            Err(OpticsError::Duplicate { line: 3, .. })
+        ));
+        // a phase function of one direction is none
+        for g in ["1", "-1", "0.9995"] {
+            assert!(matches!(
+                read(&format!("0,500,0.01,0,0.1,0,{g}\n1,500,0.01,0,0.1,0,{g}\n")),
+                Err(OpticsError::Table(TableError::OutOfRange {
+                    column: "aerosol_g",
+                    ..
+                }))
+            ));
+        }
+        let low = read("0,500,0.01,0,0,0,0\n10,500,0.01,0,0,0,0\n")?;
+        assert_eq!(low.check_observer(Length::from_km(10.0)), Ok(()));
+        for km in [10.1, 20.0, f64::NAN] {
+            assert!(matches!(
+                low.check_observer(Length::from_km(km)),
+                Err(OpticsError::ObserverAbove { .. })
+            ));
+        }
+        Ok(())
     }
 
     #[test]

@@ -15,7 +15,7 @@ pub fn cross_section_m2(wavelength_nm: f64) -> f64 {
 }
 
 /// The report's effective ozone temperature \[K\] of an air temperature \[K\] (Eq. 3.7, after
-/// Gueymard 1995). Meant for the ground; the report applies it at every level (ERRATA 25), and so
+/// Gueymard 1995). Meant for the ground; the report applies it at every level, and so
 /// does the profile's printed column. The optics use one cross-section and do not need it.
 #[must_use]
 pub fn effective_temperature_k(air_temperature_k: f64) -> f64 {

@@ -7,7 +7,7 @@ use sky_core::direction::SkyDirection;
 use sky_core::quantity::{Angle, Length};
 
 use crate::optics::OpticalProfile;
-use crate::phase::{rayleigh, two_term};
+use sky_science::phase::{rayleigh, two_term};
 
 /// Below this the exponent of a layer counts as even \[1\].
 const EVEN: f64 = 1e-6;

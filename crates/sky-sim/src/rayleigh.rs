@@ -82,7 +82,7 @@ mod tests {
 
     #[test]
     fn the_print_of_the_report_is_not_ours() {
-        // ERRATA 1: p = 0.0035 would drop 4-5 % of the scattering.
+        // The report prints a depolarization of 0.0035, which would drop 4-5 % of the scattering.
         assert!((king_factor(550.0) - 1.0488).abs() < 1e-4);
         assert!((king_factor_from_depolarization(0.0035) - 1.0059).abs() < 1e-4);
     }

@@ -7,7 +7,7 @@
 //! band forms on the whole path.
 //!
 //! # Sky
-//! SMARTS2 and SPCTRL2 give irradiances, never a radiance by direction (ERRATA 32). Here the closed
+//! SMARTS2 and SPCTRL2 give irradiances, never a radiance by direction. Here the closed
 //! forms of SPCTRL2 (Bird & Riordan 1986, J. Climate Appl. Meteor. 25, 87) give the Rayleigh, aerosol
 //! and ground-reflected parts of the diffuse irradiance at the observer's altitude, from the columns
 //! above it. The radiance of a direction is the single-scattering integral through the spherical shells,
@@ -28,10 +28,12 @@ use crate::profile::{AtmosphereProfile, Gas, TOP_OF_ATMOSPHERE_KM};
 use crate::quadrature::gauss_legendre;
 use crate::radiance_map::RadianceMap;
 use crate::solar::{SolarError, SolarSpectrum};
-use crate::{aerosol, gases, ozone, phase, rayleigh};
+use crate::{aerosol, gases, ozone, rayleigh};
 use core::f64::consts::PI;
 use sky_core::direction::SkyDirection;
 use sky_core::quantity::{Angle, EARTH_RADIUS_KM, Length};
+use sky_core::sun::{SUN_RADIUS_DEG, segment};
+use sky_science::phase;
 use std::sync::LazyLock;
 use thiserror::Error;
 
@@ -45,8 +47,9 @@ const WATER: usize = 4;
 const HAZE: usize = 5;
 const LAYER: usize = 6;
 
-/// Angular radius of the sun \[deg\].
-const SUN_RADIUS_DEG: f64 = 0.267;
+/// What messages call the columns that may be given.
+const OZONE_ATM_CM: &str = "ozone [atm-cm]";
+const WATER_CM: &str = "water [cm]";
 
 /// Sun zenith angle beyond which the scale factors of the sky are held \[deg\].
 const HELD_SUN_ZENITH_DEG: f64 = 85.0;
@@ -255,6 +258,18 @@ pub enum SmartsError {
         /// The value given.
         found: f64,
     },
+    /// A column of a gas that the profile has none of above the observer, so that it has no shape.
+    #[error(
+        "{quantity}: expected 0 for a profile that has none above {altitude_km} km, found {found}"
+    )]
+    NoShape {
+        /// The quantity, with its unit.
+        quantity: &'static str,
+        /// The observer's altitude \[km\].
+        altitude_km: f64,
+        /// The value given.
+        found: f64,
+    },
     /// A solar spectrum on other wavelengths than the optics.
     #[error("solar spectrum: expected {expected} wavelengths as in the optics, found {found}")]
     OtherWavelengths {
@@ -333,6 +348,22 @@ impl Spectral {
             + self.aerosol.layer_depth * columns[LAYER]
     }
 
+    /// Scattering and absorption by aerosol, and its asymmetry parameter.
+    fn aerosol(&self, columns: &[f64; SPECIES]) -> ([f64; 2], f64) {
+        let a = &self.aerosol;
+        let [haze_g, haze_g2, haze_weight] = a.haze_phase;
+        let g_haze = phase::two_term_moment(1, haze_g, haze_g2, haze_weight);
+        let (haze, layer) = (a.haze_depth * columns[HAZE], a.layer_depth * columns[LAYER]);
+        let (haze_s, layer_s) = (a.haze_albedo * haze, a.layer_albedo * layer);
+        let scattering = haze_s + layer_s;
+        let g = if scattering > 0.0 {
+            (haze_s * g_haze + layer_s * a.layer_g) / scattering
+        } else {
+            g_haze
+        };
+        ([scattering, haze + layer - scattering], g)
+    }
+
     /// Extinction per unit of each column.
     fn coefficients(&self) -> [f64; SPECIES] {
         [
@@ -353,9 +384,11 @@ impl Spectral {
     }
 }
 
-fn spectra(settings: &OpticsSettings) -> Result<Vec<Spectral>, OpticsError> {
-    settings.check()?;
-    let optical_depth_500 = settings.haze.optical_depth_500()?;
+fn spectra(
+    profile: &AtmosphereProfile,
+    settings: &OpticsSettings,
+) -> Result<Vec<Spectral>, OpticsError> {
+    let optical_depth_500 = settings.optical_depth_500(profile)?;
     Ok(settings
         .wavelength_nm
         .iter()
@@ -402,8 +435,8 @@ impl DirectBeam {
         overrides: BeamOverrides,
     ) -> Result<Self, SmartsError> {
         for (quantity, found, expected) in [
-            ("ozone [atm-cm]", overrides.ozone_atm_cm, [0.0, 2.0]),
-            ("water [cm]", overrides.water_cm, [0.0, 20.0]),
+            (OZONE_ATM_CM, overrides.ozone_atm_cm, [0.0, 2.0]),
+            (WATER_CM, overrides.water_cm, [0.0, 20.0]),
             ("pressure [hPa]", overrides.pressure_hpa, [1.0, 1200.0]),
         ] {
             if let Some(found) = found {
@@ -414,7 +447,7 @@ impl DirectBeam {
             profile: profile.clone(),
             haze_scale_height: settings.aerosol_scale_height,
             wavelength_nm: settings.wavelength_nm.clone(),
-            spectra: spectra(settings)?,
+            spectra: spectra(profile, settings)?,
             overrides,
         })
     }
@@ -427,13 +460,31 @@ impl DirectBeam {
 
     /// Transmittance from the sun to an altitude, per wavelength; 0 where the ground is in the way.
     /// The angle is the true one: refraction is left out.
-    #[must_use]
-    pub fn transmittance(&self, altitude: Length, sun_zenith: Angle) -> Vec<f64> {
+    ///
+    /// # Errors
+    /// A column of ozone or water was given, and the profile has none above the altitude to scale.
+    pub fn transmittance(
+        &self,
+        altitude: Length,
+        sun_zenith: Angle,
+    ) -> Result<Vec<f64>, SmartsError> {
         let slant = slant_columns(&self.profile, self.haze_scale_height, altitude, sun_zenith);
         let Some(slant) = slant.map(SlantColumns::to_array) else {
-            return vec![0.0; self.spectra.len()];
+            return Ok(vec![0.0; self.spectra.len()]);
         };
         let vertical = vertical_array(&self.profile, self.haze_scale_height.km(), altitude.km());
+        for (quantity, given, own) in [
+            (OZONE_ATM_CM, self.overrides.ozone_atm_cm, vertical[OZONE]),
+            (WATER_CM, self.overrides.water_cm, vertical[WATER]),
+        ] {
+            if let Some(found) = given.filter(|found| *found > 0.0 && own <= 0.0) {
+                return Err(SmartsError::NoShape {
+                    quantity,
+                    altitude_km: altitude.km(),
+                    found,
+                });
+            }
+        }
         let own_pressure_hpa = self.profile.pressure_hpa(altitude);
         let pressure_hpa = self.overrides.pressure_hpa.unwrap_or(own_pressure_hpa);
         let own_water_cm = self.profile.water_column_cm(altitude);
@@ -444,18 +495,21 @@ impl DirectBeam {
         columns[AIR] *= pressure_ratio;
         columns[PAIRS] *= pressure_ratio * pressure_ratio;
         if let Some(atm_cm) = self.overrides.ozone_atm_cm {
-            columns[OZONE] *= atm_cm * ozone::MOLECULES_PER_M2_ATM_CM / vertical[OZONE];
+            // of no ozone there is none on the slant path either
+            columns[OZONE] *=
+                atm_cm * ozone::MOLECULES_PER_M2_ATM_CM / vertical[OZONE].max(f64::MIN_POSITIVE);
         }
-        self.spectra
+        Ok(self
+            .spectra
             .iter()
             .map(|s| (-s.depth(&columns)).exp() * s.band_transmittance(o2_path, water_path))
-            .collect()
+            .collect())
     }
 
     /// Irradiance on a plane normal to the beam \[W·m⁻²·nm⁻¹\], without the light around the sun.
     ///
     /// # Errors
-    /// A solar spectrum that is not on the beam's wavelengths.
+    /// A solar spectrum that is not on the beam's wavelengths; as [`Self::transmittance`].
     pub fn normal_irradiance(
         &self,
         altitude: Length,
@@ -463,7 +517,7 @@ impl DirectBeam {
         sun: &SolarSpectrum,
     ) -> Result<Vec<f64>, SmartsError> {
         check_same_grid(&self.wavelength_nm, sun)?;
-        let transmittance = self.transmittance(altitude, sun_zenith);
+        let transmittance = self.transmittance(altitude, sun_zenith)?;
         let pairs = transmittance.iter().zip(&sun.irradiance_w_m2_nm);
         Ok(pairs.map(|(t, e)| t * e).collect())
     }
@@ -695,7 +749,7 @@ impl SmartsSky {
         ground_albedo: f64,
     ) -> Result<Self, SmartsError> {
         within("ground albedo", ground_albedo, [0.0, 1.0])?;
-        let spectra = spectra(settings)?;
+        let spectra = spectra(profile, settings)?;
         let haze_scale_height_km = settings.aerosol_scale_height.km();
         let sun = SolarSpectrum::g173()
             .on_grid(&settings.wavelength_nm, spacing_nm(&settings.wavelength_nm))?;
@@ -816,34 +870,20 @@ impl SmartsSky {
             .iter()
             .zip(&self.wavelength_nm)
             .map(|(s, &nm)| {
-                let a = &s.aerosol;
-                let [haze_g, haze_g2, haze_weight] = a.haze_phase;
-                let g_haze = phase::two_term_moment(1, haze_g, haze_g2, haze_weight);
-                let aerosol = |columns: &[f64; SPECIES]| {
-                    let (haze, layer) =
-                        (a.haze_depth * columns[HAZE], a.layer_depth * columns[LAYER]);
-                    let (haze_s, layer_s) = (a.haze_albedo * haze, a.layer_albedo * layer);
-                    let scattering = haze_s + layer_s;
-                    let g = if scattering > 0.0 {
-                        (haze_s * g_haze + layer_s * a.layer_g) / scattering
-                    } else {
-                        g_haze
-                    };
-                    ([scattering, haze + layer - scattering], g)
-                };
-                let ([scattering, absorption], g) = aerosol(&slant);
+                let ([scattering, absorption], g) = s.aerosol(&slant);
                 let rayleigh = (-s.rayleigh_m2 * slant[AIR]).exp();
                 let absorbed = (-s.gas_depth(&slant) - absorption).exp()
                     * s.band_transmittance(o2_path, water_path);
                 let scattered = (-scattering).exp();
                 let short = short_wave_correction(nm).powf(air_share);
                 let light = cosine * absorbed * short;
-                let direct = cosine * absorbed * rayleigh * scattered;
+                // Eq. 3-7 times C_s, on the direct part too: Eq. 3-1 as NREL's program has it
+                let direct = light * rayleigh * scattered;
                 let molecules = 0.5 * light * (1.0 - rayleigh.powf(0.95));
                 let aerosol_light =
                     light * rayleigh.powf(1.5) * (1.0 - scattered) * forward_share(cosine, g);
                 let layer = |columns: &[f64; SPECIES]| {
-                    let (depth, g) = aerosol(columns);
+                    let (depth, g) = s.aerosol(columns);
                     diffuse_layer(s.rayleigh_m2 * columns[AIR], depth, s.gas_depth(columns), g)
                 };
                 // Ground and the air below the observer as one reflector under the air above.
@@ -1083,12 +1123,13 @@ struct Path {
     pattern: Pattern,
 }
 
-/// Share of the sun's disc above the geometric horizon of a point, linear over the disc.
+/// Share of the light of the sun's disc above the geometric horizon of a point.
 fn sun_visible(radius_km: f64, sun_cosine: f64) -> f64 {
     let horizon = Angle::from_radians(horizon_cosine(radius_km).acos());
     let sun = Angle::from_radians(sun_cosine.clamp(-1.0, 1.0).acos());
     let above_deg = horizon.degrees() - sun.degrees();
-    (0.5 + 0.5 * above_deg / SUN_RADIUS_DEG).clamp(0.0, 1.0)
+    let (share, _) = segment(above_deg / SUN_RADIUS_DEG);
+    share
 }
 
 #[cfg(test)]
@@ -1129,7 +1170,7 @@ mod tests {
         for km in [0.0, 0.7, 6.0, 12.0, 30.0] {
             let altitude = Length::from_km(km);
             let depth = optics.vertical_optical_depth(altitude);
-            let found = beam.transmittance(altitude, Angle::ZERO);
+            let found = beam.transmittance(altitude, Angle::ZERO)?;
             for (t, depth) in found.iter().zip(depth) {
                 assert!((t / (-depth).exp() - 1.0).abs() < 1e-5, "{km} km");
             }
@@ -1144,7 +1185,7 @@ mod tests {
         settings.constituents = Constituents::ALL;
         let beam = |overrides| DirectBeam::new(&profile, &settings, overrides);
         let at = |overrides| -> Result<Vec<f64>, SmartsError> {
-            Ok(beam(overrides)?.transmittance(Length::ZERO, Angle::ZERO))
+            beam(overrides)?.transmittance(Length::ZERO, Angle::ZERO)
         };
         let with_ozone = |atm_cm| {
             at(BeamOverrides {
@@ -1181,11 +1222,11 @@ mod tests {
         )?;
         let below = Angle::from_degrees(92.0);
         assert!(
-            beam.transmittance(Length::ZERO, below)
+            beam.transmittance(Length::ZERO, below)?
                 .iter()
                 .all(|t| t.abs() < 1e-300)
         );
-        assert!(beam.transmittance(Length::from_km(12.0), below)[2] > 0.01);
+        assert!(beam.transmittance(Length::from_km(12.0), below)?[2] > 0.01);
         Ok(())
     }
 

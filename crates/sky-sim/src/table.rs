@@ -338,34 +338,7 @@ impl Table {
                 line: header_line,
             });
         }
-        let mut place = vec![None; specs.len()];
-        for (cell, name) in found.iter().enumerate() {
-            let Some(known) = specs.iter().position(|s| s.name == name) else {
-                if passes_over_others {
-                    continue;
-                }
-                return Err(Self::unexpected(file, header_line, name, &found, specs));
-            };
-            if place[known].replace(cell).is_some() {
-                return Err(TableError::DuplicateColumn {
-                    file: file.to_owned(),
-                    line: header_line,
-                    column: specs[known].name,
-                });
-            }
-        }
-        if let Some((spec, _)) = specs
-            .iter()
-            .zip(&place)
-            .find(|(s, p)| s.required && p.is_none())
-        {
-            return Err(TableError::MissingColumn {
-                file: file.to_owned(),
-                line: header_line,
-                column: spec.name,
-                found: found.join(", "),
-            });
-        }
+        let place = Self::places(file, header_line, &found, specs, passes_over_others)?;
         let mut columns: Vec<Option<Vec<f64>>> =
             place.iter().map(|p| p.map(|_| Vec::new())).collect();
         let mut lines = Vec::new();
@@ -401,6 +374,45 @@ impl Table {
             line: lines,
             columns,
         })
+    }
+
+    /// The cell of each known column in the header.
+    fn places(
+        file: &str,
+        header_line: u64,
+        found: &[String],
+        specs: &[ColumnSpec],
+        passes_over_others: bool,
+    ) -> Result<Vec<Option<usize>>, TableError> {
+        let mut place = vec![None; specs.len()];
+        for (cell, name) in found.iter().enumerate() {
+            let Some(known) = specs.iter().position(|s| s.name == name) else {
+                if passes_over_others {
+                    continue;
+                }
+                return Err(Self::unexpected(file, header_line, name, found, specs));
+            };
+            if place[known].replace(cell).is_some() {
+                return Err(TableError::DuplicateColumn {
+                    file: file.to_owned(),
+                    line: header_line,
+                    column: specs[known].name,
+                });
+            }
+        }
+        if let Some((spec, _)) = specs
+            .iter()
+            .zip(&place)
+            .find(|(s, p)| s.required && p.is_none())
+        {
+            return Err(TableError::MissingColumn {
+                file: file.to_owned(),
+                line: header_line,
+                column: spec.name,
+                found: found.join(", "),
+            });
+        }
+        Ok(place)
     }
 
     fn unexpected(
@@ -465,7 +477,14 @@ impl Table {
                 found: value,
             });
         }
-        Ok(value)
+        // a negative zero is the zero: total orders tell them apart
+        Ok(value + 0.0)
+    }
+
+    /// Line of the last row.
+    #[must_use]
+    pub fn last_line(&self) -> u64 {
+        self.line.last().copied().unwrap_or(self.header_line)
     }
 
     /// The values of a required column.
@@ -535,6 +554,22 @@ mod tests {
             (9.0, 0.0),
         ] {
             assert!((interpolate(&x, &y, at) - want).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn c_an_error_names_its_own_line_below_comments() {
+        let specs = [ColumnSpec::required("a", [0.0, 9.0])];
+        for end in ["\n", "\r\n"] {
+            let text = "# c\n# c\na\n1\n\n# c\nx\n".replace('\n', end);
+            let error = Table::read("f", &text, &specs, 1).unwrap_err().to_string();
+            assert!(error.starts_with("f:7: column a"), "{end:?}: {error}");
+            let text = "# c\n\nb\n1\n".replace('\n', end);
+            let error = Table::read("f", &text, &specs, 1).unwrap_err().to_string();
+            assert!(error.starts_with("f:3: column b"), "{end:?}: {error}");
+            let text = "a\n1\nx\n".replace('\n', end);
+            let error = Table::read("f", &text, &specs, 1).unwrap_err().to_string();
+            assert!(error.starts_with("f:3: column a"), "{end:?}: {error}");
         }
     }
 }

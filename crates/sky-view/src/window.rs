@@ -34,7 +34,7 @@ const LONGEST_STEP_S: f64 = 0.1;
 /// Time until the next look at a window that shows nothing.
 const IDLE: Duration = Duration::from_millis(50);
 /// Devices that may be lost one after the other without a picture between.
-const MOST_LOSSES: u32 = 3;
+const MAX_LOSSES: u32 = 3;
 /// What an angle may lose as a direction in f32 \[deg\].
 const ROUNDING_DEG: f64 = 1e-4;
 /// How much a new time weighs in a mean.
@@ -60,12 +60,12 @@ pub struct Start {
     /// Whether the last frame is wanted as a picture.
     pub wants_last_picture: bool,
     /// Where the screenshots go that are asked for in the window; says what came of it.
-    pub keep: fn(&Picture) -> String,
+    pub keep: fn(&Screenshot) -> String,
 }
 
 /// A frame as a picture.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Picture {
+pub struct Screenshot {
     /// Its pixels.
     pub pixels: Pixels,
     /// Pixels across and down.
@@ -76,7 +76,7 @@ pub struct Picture {
 ///
 /// # Errors
 /// When there is no display or GPU, or a frame cannot be drawn.
-pub fn run(start: Start) -> Result<Option<Picture>> {
+pub fn run(start: Start) -> Result<Option<Screenshot>> {
     let events = EventLoop::new().map_err(|e| {
         // what comes before the last colon is a line of the library's source
         let reason = e.to_string();
@@ -122,8 +122,8 @@ struct App {
     losses: u32,
     is_idle: bool,
     stage: Option<Stage>,
-    last_picture: Option<Picture>,
-    keep: fn(&Picture) -> String,
+    last_picture: Option<Screenshot>,
+    keep: fn(&Screenshot) -> String,
     outcome: Result<()>,
 }
 
@@ -215,7 +215,7 @@ impl App {
                 }
                 Ok(drawn)
             }
-            Err(error) if is_lost(&error) && self.losses < MOST_LOSSES => {
+            Err(error) if is_lost(&error) && self.losses < MAX_LOSSES => {
                 self.losses += 1;
                 let Some(mut stage) = self.stage.take() else {
                     return Ok(false);
@@ -316,7 +316,7 @@ impl App {
         let is_asked = std::mem::take(&mut self.controls.screenshot);
         if is_asked || is_last {
             let pixels = screenshot(painter, size, view, layers)?;
-            let picture = Picture { pixels, size };
+            let picture = Screenshot { pixels, size };
             if is_asked {
                 self.status.screenshot = Some((self.keep)(&picture));
             }

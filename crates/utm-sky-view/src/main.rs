@@ -21,7 +21,7 @@ use sky_plan::plan::without_aerial;
 use sky_render::file_bytes;
 use sky_view::flight::{Flight, HazeWord, Sun};
 use sky_view::panel::Controls;
-use sky_view::window::{Picture, Start, run};
+use sky_view::window::{Screenshot, Start, run};
 
 fn main() -> ExitCode {
     let args = match ViewCli::read(std::env::args_os()) {
@@ -81,7 +81,7 @@ fn fly(args: &ViewArgs) -> Result<()> {
 }
 
 /// Writes a picture under the first free name here, and says which.
-fn keep(picture: &Picture) -> String {
+fn keep(picture: &Screenshot) -> String {
     let name = (1_u32..)
         .map(|n| PathBuf::from(format!("utm-sky-{n:03}.png")))
         .find(|path| !path.exists());
@@ -92,7 +92,7 @@ fn keep(picture: &Picture) -> String {
     }
 }
 
-fn write(path: &Path, picture: &Picture) -> Result<()> {
+fn write(path: &Path, picture: &Screenshot) -> Result<()> {
     OutputFile::create(path)?.commit(&file_bytes(&picture.pixels, picture.size)?)?;
     Ok(())
 }

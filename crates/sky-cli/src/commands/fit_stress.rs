@@ -15,8 +15,9 @@ use crate::io::progress::Bars;
   utm-sky fit-stress --quick --out fits
 
 fit_stress.csv has a row for each sky, channel, damage and method.
-  method              safeguarded: as tables are fitted, a random start added; one_start: the random
-                      start alone; plain: Levenberg-Marquardt on the printed coefficients
+  method              safeguarded: as tables are fitted, from eight starts, the same for every map;
+                      one_start: the same from a random start; plain_eight: Levenberg-Marquardt on
+                      the printed coefficients from those eight; plain: from a random start
   refused             fits that ended in an error that names what is wrong with the map
   no_sky              fits that ended at coefficients that are not positive everywhere
   succeeded           skies within 1 % of the best residual of a sky on the same map

@@ -4,11 +4,12 @@
 use rayon::prelude::*;
 use sky_core::aerial::{AerialFrame, path_meets_ground};
 use sky_core::color::{XYZ_FROM_LINEAR_SRGB, Yxy};
-use sky_core::conditions::{Conditions, Domain, OutsideDomain};
+use sky_core::conditions::{Conditions, Domain};
 use sky_core::direction::{SkyDirection, horizon_zenith};
 use sky_core::extended::Coefficients;
 use sky_core::quantity::{Angle, EARTH_RADIUS_KM, Length, single};
 use sky_core::utm_sky::{SkyFrame, UtmSky};
+use sky_science::sky_model::SkyError;
 
 use super::kind::{Arithmetic, Kind, Place, Tallies, With};
 use super::subject::{Density, Subject};
@@ -388,7 +389,7 @@ impl Sweeper<'_> {
         &self,
         conditions: &Conditions,
         directions: &[SkyDirection],
-    ) -> Result<Vec<Yxy>, OutsideDomain> {
+    ) -> Result<Vec<Yxy>, SkyError> {
         self.subject.model().yxy_map(conditions, directions)
     }
 

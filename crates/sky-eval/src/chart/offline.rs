@@ -126,7 +126,7 @@ fn solved(
     for _ in 0..RUNS {
         let sky = sky()?;
         let start = Stopwatch::start();
-        orders = sky.solved(TURBIDITY).orders();
+        orders = sky.solved(TURBIDITY)?.orders();
         maps = cases
             .par_iter()
             .map(|c| sky.yxy_map(c, &evaluation_directions(c.observer_altitude)))
@@ -193,7 +193,10 @@ fn thinned(all: &[f64], stride: usize) -> Vec<f64> {
     out
 }
 
-/// The engine's settings, one changed at a time.
+/// Gauss points in zenith that are more than the default's in every part of the sky.
+const FINE_ZENITH_POINTS: [usize; 3] = [9, 12, 6];
+
+/// The engine's settings, one changed at a time; each series holds the default.
 fn engine_settings() -> Vec<(&'static str, String, TransportSettings)> {
     let base = TransportSettings::default;
     let mut all = Vec::new();
@@ -208,7 +211,8 @@ fn engine_settings() -> Vec<(&'static str, String, TransportSettings)> {
         let value = degree.map_or_else(|| "by haze".to_owned(), |d| d.to_string());
         all.push(("degree", value, TransportSettings { degree, ..base() }));
     }
-    for zenith_points in [[3, 3, 2], [4, 4, 3], [6, 5, 4], [9, 8, 6]] {
+    let zenith_points = base().zenith_points;
+    for zenith_points in [[3, 3, 2], [4, 4, 3], zenith_points, FINE_ZENITH_POINTS] {
         let value = zenith_points.iter().sum::<usize>().to_string();
         let settings = TransportSettings {
             zenith_points,
@@ -265,7 +269,7 @@ fn engine(
     let default = TransportSettings::default();
     let fine = TransportSettings {
         degree: Some(8),
-        zenith_points: [9, 8, 6],
+        zenith_points: FINE_ZENITH_POINTS,
         azimuth_points: 12,
         tolerance: 2e-4,
         shells_km: between(&default.shells_km),
@@ -400,7 +404,7 @@ fn grid(grids: &[AxesOf], progress: &dyn Progress, points: &mut Vec<Point>) -> R
         progress.step();
         Ok(())
     };
-    drop(truth.solved(TURBIDITY)); // the solution is the engine's, not the table's
+    truth.solved(TURBIDITY)?; // the solution is the engine's, not the table's
     for (setting, nodes, is_default) in grids {
         let count = if *setting == "altitude nodes" {
             nodes[0].len()
@@ -579,4 +583,25 @@ pub fn html(points: &[Point]) -> Result<String> {
         HAZE_SUNS_DEG[1],
         table(&head, &cells, 2)
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn b6_every_series_marks_one_default_and_it_is_the_engine_s() {
+        let default = TransportSettings::default();
+        let all = engine_settings();
+        let mut names: Vec<&str> = all.iter().map(|(name, ..)| *name).collect();
+        names.dedup();
+        assert_eq!(names.len(), 6, "{names:?}");
+        for name in names {
+            let series = all.iter().filter(|(of, ..)| *of == name);
+            let marked = series.filter(|(_, _, settings)| *settings == default);
+            assert_eq!(marked.count(), 1, "{name}");
+        }
+        let finer = FINE_ZENITH_POINTS.iter().zip(default.zenith_points);
+        assert!(finer.into_iter().all(|(fine, own)| *fine > own));
+    }
 }

@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn the_counts_of_the_errata_are_found_again() {
+    fn few_rows_of_the_printed_table_can_be() {
         assert_eq!(audit(), [29, 23, 19, 14, 17, 33, 13, 10, 6, 5]);
     }
 }

@@ -55,6 +55,7 @@ fn tower_fragment(in: Varying) -> @location(0) vec4<f32> {
 /// What one observer has: a camera, a view of the sky, targets.
 #[derive(Debug)]
 pub(crate) struct Window {
+    altitude_m: f32,
     pub(crate) camera: Camera,
     pub(crate) frame: FrameSettings,
     pub(crate) view: View,
@@ -254,6 +255,7 @@ impl App {
         });
         let new_view = |texture: &wgpu::Texture| texture.create_view(&Default::default());
         Window {
+            altitude_m: observer[0],
             camera: camera(observer, size),
             frame: frame(observer),
             // (3) a view for each observer, at its own altitude
@@ -298,10 +300,9 @@ impl App {
     /// Uploads where a window's camera stands.
     fn look(&self, window: &Window) {
         let clip_from_world = window.camera.clip_from_world().unwrap_or(Mat4::IDENTITY);
-        let altitude_m = (window.frame.observer_altitude.km() * 1000.0) as f32;
         let floats = clip_from_world.to_cols_array().into_iter();
         let bytes: Vec<u8> = floats
-            .chain([0.0, 0.0, altitude_m, 0.0])
+            .chain([0.0, 0.0, window.altitude_m, 0.0])
             .flat_map(f32::to_ne_bytes)
             .collect();
         self.gpu.queue.write_buffer(&window.eye, 0, &bytes);
@@ -371,12 +372,12 @@ pub(crate) fn camera([_, azimuth, elevation]: Observer, [width, height]: [u32; 2
 
 /// The three unsigned floats of a texel of `Rg11b10Ufloat`.
 fn unpacked(texel: u32) -> [f32; 3] {
-    let float = |bits: u32, fraction_bits: i32| {
-        let fraction = (bits & ((1 << fraction_bits) - 1)) as f32 / 2.0_f32.powi(fraction_bits);
+    let float = |bits: u32, fraction_bits: u32| {
+        let fraction = (bits & ((1 << fraction_bits) - 1)) as f32 / (1 << fraction_bits) as f32;
         match bits >> fraction_bits {
             0 => fraction * 2.0_f32.powi(-14),
             31 => f32::INFINITY,
-            exponent => (1.0 + fraction) * 2.0_f32.powi(exponent as i32 - 15),
+            exponent => (1.0 + fraction) * (exponent as f32 - 15.0).exp2(),
         }
     };
     [

@@ -12,6 +12,16 @@ use sky_gpu::Tier;
 
 const SIZE: [u32; 2] = [960, 540];
 
+/// A component of a picture, 0–1, in 8 bits.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "clamped to 0..255"
+)]
+fn byte(component: f32) -> u8 {
+    (component * 255.0).round().clamp(0.0, 255.0) as u8
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
     let directory = std::env::args().nth(1).unwrap_or_else(|| ".".into());
     let app = App::new()?;
@@ -23,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             .pixels(window)?
             .into_iter()
             .flat_map(|light| tone_mapped(light.map(|c| c * 1.2e-4), Tone::Neutral))
-            .map(|c| (encoded(c) * 255.0).round() as u8)
+            .map(|c| byte(encoded(c)))
             .collect();
         let path = std::path::Path::new(&directory).join(name);
         image::save_buffer(path, &shown, SIZE[0], SIZE[1], image::ColorType::Rgb8)?;

@@ -39,6 +39,10 @@ impl Air {
         {
             return Err(TransportError::Shape { levels });
         }
+        let found = settings.columns_deg.len();
+        if found < 4 {
+            return Err(TransportError::Columns { found });
+        }
         let spread = Spread::new(optics);
         let direct = Sunlit::new(optics);
         let sunlit = spread.coarse(optics).map_or_else(

@@ -10,10 +10,10 @@ use super::settings::{TransportError, TransportSettings};
 use super::sun::SunPlace;
 use super::sunlit::Sunlit;
 use super::template::{Readings, Template};
-use crate::phase;
 use crate::quadrature::gauss_legendre;
 use rayon::prelude::*;
 use sky_core::quantity::{Angle, EARTH_RADIUS_KM};
+use sky_science::phase;
 
 /// Thickest segment of a path that builds the field, as a fraction of (altitude + 4 km).
 const FIELD_SHELLS: f64 = 0.5;
@@ -481,6 +481,10 @@ fn extrapolate(sums: &[Vec<Lanes>; 3], last_limit: &mut [Lanes]) -> (Vec<Lanes>,
     let mut share = 0.0_f64;
     for (i, tail) in tail.iter_mut().enumerate() {
         for l in 0..WIDTH {
+            // no comparison sees NaN, and `max` drops it: the series must not end on it
+            if (sum[i][l] + fallen[i][l] + fresh[i][l]).is_nan() {
+                share = f64::INFINITY;
+            }
             if sum[i][l] > 0.0 && fallen[i][l] > 0.0 {
                 let q = (fresh[i][l] / fallen[i][l]).min(0.99);
                 tail[l] = q / (1.0 - q);

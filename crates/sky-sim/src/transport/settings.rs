@@ -9,6 +9,12 @@ pub enum TransportError {
         /// Number of levels found.
         levels: usize,
     },
+    /// Fewer local sun zenith angles than the field is interpolated among.
+    #[error("columns of the diffuse field: expected at least 4, found {found}")]
+    Columns {
+        /// Number of columns found.
+        found: usize,
+    },
     /// The ground reflects a share between 0 and 1.
     #[error("ground albedo: expected 0..1, found {0}")]
     Albedo(f64),

@@ -6,7 +6,7 @@ use super::path::Ray;
 use super::sun::{SunPlace, SunTable};
 use super::template::Template;
 use crate::optics::OpticalProfile;
-use crate::phase;
+use sky_science::phase;
 
 /// Air and ground in sunlight.
 #[derive(Clone, Debug)]
