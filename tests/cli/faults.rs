@@ -507,7 +507,7 @@ fn a10_a_sun_beyond_the_domain_is_refused_where_nobody_watches() {
         "{svalbard:?}"
     );
     assert!(svalbard.stderr.contains("outside 0..96"), "{svalbard:?}");
-    let haze = view("--visual-range-km 1 --frames 1");
+    let haze = view("--visual-range-km 1 --screenshot p.png");
     assert_eq!(haze.code, Some(2));
     assert!(
         haze.stderr.contains("visual range [km]: 1 is outside"),

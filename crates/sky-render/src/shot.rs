@@ -18,7 +18,7 @@ use sky_gpu::{
 
 use crate::camera::{clip, world_direction};
 use crate::pixels::{Pixels, bytes_of, developed, floats_of};
-use crate::sun_disc::spread_sun;
+use crate::sun_disc::{Panorama, spread_sun};
 use crate::terrain::{SceneBuffers, lowest_eye, terrain};
 
 /// Albedo of the ground of the default table.
@@ -111,6 +111,15 @@ impl Shot {
             && self.camera.projection == Projection::Equirectangular
     }
 
+    /// The picture that the sun's disc is spread over.
+    pub(crate) fn panorama(&self) -> Panorama {
+        Panorama {
+            size: self.size,
+            view_from_world: self.camera.view_from_world,
+            axes: self.frame().local_axes(),
+        }
+    }
+
     /// The world direction of a pixel; `None` outside a fisheye's disc.
     #[must_use]
     pub fn direction(&self, x: u32, y: u32) -> Option<Vec3> {
@@ -158,7 +167,12 @@ pub fn draw_on_cpu(sky: &UtmSky, shot: &Shot) -> Result<Pixels> {
         })
         .collect();
     if shot.spreads_sun() {
-        spread_sun(lights.as_flattened_mut(), shot, &whole, scene.as_ref());
+        spread_sun(
+            lights.as_flattened_mut(),
+            &shot.panorama(),
+            &whole,
+            scene.as_ref(),
+        );
     }
     Ok(developed(lights, shot.size[0], shot.tone, exposure))
 }
@@ -240,7 +254,7 @@ impl Painter {
                 .collect();
             if shot.spreads_sun() {
                 let whole = Picture::new(&self.sky, &shot.standing(), GROUND_ALBEDO)?;
-                spread_sun(&mut lights, shot, &whole, scene.as_ref());
+                spread_sun(&mut lights, &shot.panorama(), &whole, scene.as_ref());
             }
             Pixels::Linear(lights)
         })

@@ -7,20 +7,27 @@
 
 use core::f64::consts::{PI, TAU};
 
-use glam::{Vec2, Vec3};
+use glam::{Mat3, Vec2, Vec3};
 use sky_core::picture::Picture;
 use sky_core::quantity::single;
 
-use crate::shot::Shot;
 use crate::terrain::SceneBuffers;
 
 /// Points across the disc.
 const ACROSS: u16 = 128;
 
-/// Adds the disc to an equirectangular picture in linear sRGB \[cd·m⁻²\]. `picture` is that of the shot.
+/// Which picture it is: pixels, from the world to right, forward and up, and the sun's axes in the world.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Panorama {
+    pub(crate) size: [u32; 2],
+    pub(crate) view_from_world: Mat3,
+    pub(crate) axes: [Vec3; 3],
+}
+
+/// Adds the disc to an equirectangular picture in linear sRGB \[cd·m⁻²\].
 pub(crate) fn spread_sun(
     lights: &mut [f32],
-    shot: &Shot,
+    panorama: &Panorama,
     picture: &Picture,
     scene: Option<&SceneBuffers>,
 ) {
@@ -28,11 +35,10 @@ pub(crate) fn spread_sun(
     let whole = points.iter().fold([0.0; 3], |sum, (_, light)| {
         core::array::from_fn(|c| sum[c] + f64::from(light[c]))
     });
-    let axes = shot.frame().local_axes();
-    let grid = Grid::new(shot.size);
+    let grid = Grid::new(panorama.size);
     for (local, light) in &points {
-        let world = (0..3).fold(Vec3::ZERO, |sum, i| sum + axes[i] * local[i]);
-        let place = grid.place(shot.camera.view_from_world * world);
+        let world = (0..3).fold(Vec3::ZERO, |sum, i| sum + panorama.axes[i] * local[i]);
+        let place = grid.place(panorama.view_from_world * world);
         if scene.is_some_and(|scene| grid.is_hidden(place, scene)) {
             continue;
         }
@@ -151,7 +157,7 @@ mod tests {
 
     use super::*;
     use crate::camera::facing;
-    use crate::shot::{GROUND_ALBEDO, Scenery};
+    use crate::shot::{GROUND_ALBEDO, Scenery, Shot};
 
     fn shot(size: [u32; 2], altitude_km: f64, sun_zenith_deg: f64, azimuth_deg: f64) -> Shot {
         Shot {
@@ -204,7 +210,7 @@ mod tests {
                     let shot = shot(size, altitude_km, sun, azimuth);
                     let picture = Picture::new(&sky, &shot.conditions, GROUND_ALBEDO).unwrap();
                     let mut lights = vec![0.0; 3 * (size[0] * size[1]) as usize];
-                    spread_sun(&mut lights, &shot, &picture, None);
+                    spread_sun(&mut lights, &shot.panorama(), &picture, None);
                     let [horizontal, normal] = illuminance(&lights, size);
                     let sun_normal = f64::from(picture.light.sun_normal[1]);
                     let expected = sun_normal * Angle::from_degrees(sun).radians().cos();
@@ -229,7 +235,7 @@ mod tests {
         let shot = shot(size, 0.0, 60.0, 145.0);
         let picture = Picture::new(&sky, &shot.conditions, GROUND_ALBEDO).unwrap();
         let mut lights = vec![0.0; 3 * (size[0] * size[1]) as usize];
-        spread_sun(&mut lights, &shot, &picture, None);
+        spread_sun(&mut lights, &shot.panorama(), &picture, None);
         let brightest = (0..lights.len() / 3)
             .max_by(|a, b| lights[3 * a].total_cmp(&lights[3 * b]))
             .unwrap();

@@ -56,8 +56,8 @@ fn fly(args: &ViewArgs) -> Result<()> {
         .map(OutputFile::create)
         .transpose()?;
     let controls = controls(args, sky.lut().header())?;
-    if args.frames.is_some() || args.screenshot.is_some() {
-        // nobody is there to read what the window says over the picture
+    if args.screenshot.is_some() {
+        // the picture is without what the window says over it
         check(args, &controls, sky.domain()).map_err(|e| anyhow!("{source}: {e}"))?;
     }
     let picture = run(Start {

@@ -65,8 +65,8 @@ fn date(text: &str) -> Result<UtcTime, String> {
   utm-sky view --date 2025-06-21 --utc-h 4.5 --place 47.26,11.34 --tier baked --size 1920x1080
   utm-sky view --scene terrain --frames 30 --screenshot flight.png
 
-With --frames or --screenshot, conditions beyond the table's domain are an error; in a window that stays
-open they stop at its edge, and it says so over the picture.
+With --screenshot, conditions beyond the table's domain are an error; in the window they stop at its
+edge, and it says so over the picture.
 
 Drag: look. W A S D and arrows: fly; E and Q, page up and down: up and down; Shift: faster; wheel:
 speed. P: pause. F12: screenshot. Tab: panel. Azimuths are clockwise from north. Where there is no
