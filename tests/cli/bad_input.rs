@@ -208,9 +208,19 @@ fn refuse_arguments(line: &str, words: &[&str]) {
 }
 
 #[test]
+fn altitude_outside_minus_half_to_100_km() {
+    for value in ["-0.51", "100.1", "nan", "inf", "high"] {
+        refuse_arguments(
+            &format!("map --altitude-km {value} --turbidity 2 --sun-zenith-deg 60 --out o.csv"),
+            &["--altitude-km", "-0.5 to 100", value],
+        );
+    }
+}
+
+#[test]
 fn altitude_outside_0_to_30_km() {
     for value in ["-0.1", "30.1", "nan", "inf", "high"] {
-        for command in ["map", "beam", "sky"] {
+        for command in ["beam", "sky"] {
             refuse_arguments(
                 &format!(
                     "{command} --altitude-km {value} --turbidity 2 --sun-zenith-deg 60 --out o.csv"
@@ -222,9 +232,39 @@ fn altitude_outside_0_to_30_km() {
 }
 
 #[test]
+fn sun_zenith_outside_0_to_108_degrees() {
+    for value in ["-1", "108.1", "nan"] {
+        refuse_arguments(
+            &format!("map --altitude-km 1 --turbidity 2 --sun-zenith-deg {value} --out o.csv"),
+            &["--sun-zenith-deg", "0 to 108", value],
+        );
+    }
+}
+
+#[test]
+fn what_an_engine_or_a_table_does_not_reach() {
+    for (line, words) in [
+        (
+            "map --engine smarts --altitude-km 31 --turbidity 2 --sun-zenith-deg 60 --out o.csv",
+            ["observer altitude", "31"],
+        ),
+        (
+            "map --engine smarts --altitude-km 3 --turbidity 2 --sun-zenith-deg 97 --out o.csv",
+            ["sun zenith", "97"],
+        ),
+        (
+            "map --model nishita --altitude-km -0.1 --turbidity 2 --sun-zenith-deg 60 --yxy --out o.csv",
+            ["altitude", "-0.1"],
+        ),
+    ] {
+        refuse_arguments(line, &words);
+    }
+}
+
+#[test]
 fn sun_zenith_outside_0_to_96_degrees() {
     for value in ["-1", "96.01", "nan"] {
-        for command in ["map", "beam", "sky"] {
+        for command in ["beam", "sky"] {
             refuse_arguments(
                 &format!(
                     "{command} --altitude-km 1 --turbidity 2 --sun-zenith-deg {value} --out o.csv"

@@ -48,6 +48,125 @@ fn segments_have_their_columns_and_bounds() {
 }
 
 #[test]
+fn the_engine_answers_for_paths_anywhere() {
+    let dir = tempdir().unwrap();
+    let write = |name: &str, rows: &str| {
+        let head = "view_zenith_deg,relative_azimuth_deg,distance_km\n";
+        fs::write(dir.path().join(name), format!("{head}{rows}")).unwrap();
+    };
+    write("seg.csv", "60,30,5\n90.5,90,30\n92,0,60\n93,0,300\n");
+    let rows = |words: &str| -> Vec<Vec<f64>> {
+        let line = format!("segment --turbidity 2 --segments seg.csv --out out.csv {words}");
+        succeed(dir.path(), &line);
+        let text = fs::read_to_string(dir.path().join("out.csv")).unwrap();
+        text.lines()
+            .skip(1)
+            .map(|line| line.split(',').map(|c| c.parse().unwrap()).collect())
+            .collect()
+    };
+    // a table and its truth, within what the table is off
+    let place = "--altitude-km 9 --sun-zenith-deg 60";
+    let (table, truth) = (rows(place), rows(&format!("{place} --engine transport")));
+    for (table, truth) in table.iter().zip(&truth) {
+        for (i, limit) in [(6, 0.02), (7, 0.15)] {
+            assert!(
+                (table[i] / truth[i] - 1.0).abs() < limit,
+                "{table:?} {truth:?}"
+            );
+        }
+    }
+    // snow below lights the air
+    let snow = rows(&format!("{place} --engine transport --albedo 0.8"));
+    for (gray, white) in truth.iter().zip(&snow) {
+        assert!(white[7] > 1.05 * gray[7], "{gray:?} {white:?}");
+        assert!((white[6] - gray[6]).abs() < 1e-9, "{gray:?} {white:?}");
+    }
+    // below the sea, above the table, and into the night
+    for (rows_asked, words) in [
+        (
+            "85,10,4\n90,10,4\n",
+            "--altitude-km -0.4 --sun-zenith-deg 20",
+        ),
+        ("96,10,600\n", "--altitude-km 80 --sun-zenith-deg 100"),
+    ] {
+        write("seg.csv", rows_asked);
+        for row in rows(&format!("{words} --engine transport")) {
+            assert!(
+                row[7] > 0.0 && row[3..7].iter().all(|t| (0.0..=1.0).contains(t)),
+                "{row:?}"
+            );
+        }
+    }
+    write("down.csv", "95,0,20\n180,0,9\n");
+    for (line, words) in [
+        (
+            "segment --altitude-km 5 --sun-zenith-deg 60 --engine transport --segments down.csv",
+            ["down.csv", "path 2"],
+        ),
+        (
+            "segment --altitude-km 5 --sun-zenith-deg 60 --albedo 0.5 --segments seg.csv",
+            ["--albedo", "--engine transport"],
+        ),
+        (
+            "segment --altitude-km 40 --sun-zenith-deg 60 --segments seg.csv",
+            ["altitude", "40"],
+        ),
+        (
+            "segment --altitude-km 4 --sun-zenith-deg 60 --engine transport --aerial utm2005 \
+             --segments seg.csv",
+            ["--aerial", "--engine table"],
+        ),
+    ] {
+        refuse(
+            dir.path(),
+            &format!("{line} --turbidity 2 --out bad.csv"),
+            &words,
+        );
+    }
+    assert_eq!(names(dir.path()), ["down.csv", "out.csv", "seg.csv"]);
+}
+
+#[test]
+fn maps_answer_for_the_whole_sphere_from_below_the_sea_to_the_top_of_the_air() {
+    let dir = tempdir().unwrap();
+    let everywhere: String = (0..=18)
+        .flat_map(|z| [0, 90, 180].map(|a| format!("{},{a}\n", 10 * z)))
+        .collect();
+    fs::write(
+        dir.path().join("where.csv"),
+        format!("view_zenith_deg,relative_azimuth_deg\n{everywhere}"),
+    )
+    .unwrap();
+    for (altitude, sun) in [("-0.5", "60"), ("0", "92"), ("50", "30"), ("100", "60")] {
+        succeed(
+            dir.path(),
+            &format!(
+                "map --altitude-km {altitude} --turbidity 2 --sun-zenith-deg {sun} --yxy \
+                 --directions where.csv --out map.csv"
+            ),
+        );
+        let text = fs::read_to_string(dir.path().join("map.csv")).unwrap();
+        let luminance: Vec<f64> = text
+            .lines()
+            .skip(1)
+            .map(|line| line.split(',').nth(2).unwrap().parse().unwrap())
+            .collect();
+        assert_eq!(luminance.len(), 57);
+        // the ground has light of its own; above the top of the air there is none
+        assert!(luminance[54..].iter().all(|y| *y > 0.0), "{altitude}");
+        let above = if altitude == "100" {
+            0.0..=0.0
+        } else {
+            1e-9..=1e9
+        };
+        assert!(
+            luminance[..27].iter().all(|y| above.contains(y)),
+            "{altitude}"
+        );
+    }
+}
+
+#[test]
 fn light_is_json_and_the_sun_outshines_the_sky_by_day() {
     let dir = tempdir().unwrap();
     let out = succeed(

@@ -31,6 +31,7 @@ class Case:
     turbidity: float
     sun_zenith_deg: float
     albedo: float
+    view: str = "sky"
 
 
 # Altitudes, turbidities and suns that are no node of a shipped table.
@@ -50,9 +51,14 @@ CASES = [
     Case(9.2, 1.5, 91.3, 0.2),
     Case(22.0, 2.2, 90.6, 0.2),
     Case(0.6, 3.0, 93.6, 0.2),
+    Case(30.0, 2.0, 25.0, 0.2),
+    Case(3.0, 5.0, 92.0, 0.2, "ground"),
+    Case(12.0, 2.4, 64.0, 0.5, "ground"),
+    Case(99.9, 2.0, 50.0, 0.2, "space"),
+    Case(99.9, 2.0, 92.0, 0.2, "space"),
 ]
 
-QUICK_CASES = [CASES[k] for k in (1, 4, 7, 9, 10)]
+QUICK_CASES = [CASES[k] for k in (1, 4, 7, 9, 10, 16)]
 
 ZENITH_DEG = [10, 25, 40, 52, 63, 72, 77, 80, 82, 84, 86, 87.5, 88.7, 89.6]
 AZIMUTH_DEG = [0, 12, 30, 60, 95, 135, 180]
@@ -61,9 +67,23 @@ AZIMUTH_DEG = [0, 12, 30, 60, 95, 135, 180]
 SUN_EXCLUSION_DEG = 5.0
 
 
-def directions():
-    rings = [(z, a) for z in ZENITH_DEG for a in AZIMUTH_DEG]
-    return np.array([(0.0, 0.0), *rings])
+# Below the horizon; and from the top of the air: tangent heights of the limb [km], then the ground.
+GROUND_ZENITH_DEG = [93, 95, 98, 105, 120, 140, 165, 180]
+LIMB_KM = [50, 35, 22, 12, 5, 1]
+SPACE_GROUND_DEG = [101, 106, 115, 130, 150, 180]
+
+
+def directions(case):
+    if case.view == "sky":
+        rings = [(z, a) for z in ZENITH_DEG for a in AZIMUTH_DEG]
+        return np.array([(0.0, 0.0), *rings])
+    if case.view == "ground":
+        zenith = GROUND_ZENITH_DEG
+    else:
+        earth = solver.EARTH_RADIUS_M / 1000.0
+        sine = (earth + np.array(LIMB_KM)) / (earth + case.altitude_km)
+        zenith = [*(180.0 - np.degrees(np.arcsin(sine))), *SPACE_GROUND_DEG]
+    return np.array([(z, a) for z in zenith for a in (12, 60, 95, 135, 180)])
 
 
 def report_directions():
@@ -148,11 +168,12 @@ def differences(program, cases, wavelength_nm, options):
     head = "altitude turbidity  sun albedo    bias median    p95    max   80-90 median    p95   seconds"
     print(head)
     everything, horizon, low_sun = [], [], []
+    others = {"ground": [], "space": []}
     for case in cases:
         air, irradiance = program.optics(
             ["--turbidity", case.turbidity], wavelength_nm, options.step_nm
         )
-        where = directions()
+        where = directions(case)
         where = where[angle_from_sun_deg(where, case.sun_zenith_deg) > SUN_EXCLUSION_DEG]
         ours = program.map(case, where)
         begin = time.perf_counter()
@@ -166,19 +187,22 @@ def differences(program, cases, wavelength_nm, options):
             options.quick,
         )
         seconds = time.perf_counter() - begin
-        for map_ in (ours, theirs):
-            judge_azimuth(map_, where, case.sun_zenith_deg)
+        if case.view == "sky":
+            for map_ in (ours, theirs):
+                judge_azimuth(map_, where, case.sun_zenith_deg)
         weight = luminance_weights(air.wavelength_nm, 1.0)
         signed = 100 * ((ours @ weight) / (theirs @ weight) - 1)
         error = np.abs(signed)
-        band = error[where[:, 0] >= 80]
+        band = error[where[:, 0] >= 80] if case.view == "sky" else error
         print(
             f"{case.altitude_km:8g} {case.turbidity:9g} {case.sun_zenith_deg:4g} {case.albedo:6g} "
             f"{signed.mean():7.2f} {np.median(error):6.2f} {np.percentile(error, 95):6.2f} "
             f"{error.max():6.2f} {np.median(band):14.2f} {np.percentile(band, 95):6.2f} {seconds:9.1f}",
             flush=True,
         )
-        if case.sun_zenith_deg >= 88:
+        if case.view != "sky":
+            others[case.view].append(error)
+        elif case.sun_zenith_deg >= 88:
             low_sun.append(error)
         else:
             everything.append(error)
@@ -188,6 +212,8 @@ def differences(program, cases, wavelength_nm, options):
         ("sun below 88 deg, all directions", everything),
         ("sun below 88 deg, view zenith 80 to 90 deg", horizon),
         ("sun at 88 deg and lower, all directions", low_sun),
+        ("below the horizon", others["ground"]),
+        ("from the top of the air, limb and ground", others["space"]),
     ]:
         if parts:
             all_ = np.concatenate(parts)

@@ -430,6 +430,31 @@ fn what_falls_on_a_white_world_leaves_it() {
 }
 
 #[test]
+fn a_line_to_the_ground_is_its_air_and_the_ground_through_it() {
+    let line = Line::from_degrees(2.0, 50.0, 130.0, 40.0);
+    let light = line.light(&HAZY, None);
+    let (all, air) = (
+        light.total(0.3, 0.7).unwrap(),
+        light.inscatter(0.3).unwrap(),
+    );
+    let ground = light.white_ground(0.3).unwrap();
+    for w in 0..light.wavelengths() {
+        let both = air[w] + 0.7 * light.transmittance[w] * ground[w];
+        assert!((all[w] / both - 1.0).abs() < 1e-12);
+        // under a sun 50 degrees from the zenith, less than that of space, more than half of it
+        let most = Angle::from_degrees(50.0).radians().cos() / core::f64::consts::PI;
+        assert!((0.5 * most..most).contains(&ground[w]), "{}", ground[w]);
+    }
+    let sky = Line::from_degrees(2.0, 50.0, 60.0, 40.0).light(&HAZY, None);
+    assert!(
+        sky.white_ground(0.3)
+            .unwrap()
+            .iter()
+            .all(|l| l.abs() < 1e-30)
+    );
+}
+
+#[test]
 fn albedos_outside_0_to_1_are_refused() {
     let light = Line::from_degrees(1.0, 30.0, 40.0, 0.0).light(&CLEAR, None);
     for albedo in [-0.1, 1.1, f64::NAN] {

@@ -211,6 +211,42 @@ impl PlaceArgs {
     }
 }
 
+/// Where the observer and the sun are, for the engines: anywhere below space, day and night.
+#[derive(Clone, Copy, Debug, Args)]
+#[group(skip)]
+pub struct AnyPlaceArgs {
+    /// Altitude of the observer above mean sea level, -0.5 to 100 [km]; the ground lies at 0 km, or at
+    /// the observer's feet if they are lower
+    #[arg(long, value_name = "KM", value_parser = within(-0.5, 100.0), allow_negative_numbers = true)]
+    pub altitude_km: f64,
+    /// Zenith angle of the sun, 0-108 [deg]
+    #[arg(long, value_name = "DEG", value_parser = within(0.0, 108.0), allow_negative_numbers = true,
+          required_unless_present = "sun_elevation_deg")]
+    pub sun_zenith_deg: Option<f64>,
+    /// Elevation of the sun, 90 less its zenith angle, in place of that, -18-90 [deg]
+    #[arg(long, value_name = "DEG", value_parser = within(-18.0, 90.0), allow_negative_numbers = true,
+          conflicts_with = "sun_zenith_deg")]
+    pub sun_elevation_deg: Option<f64>,
+}
+
+impl AnyPlaceArgs {
+    /// Zenith angle of the sun.
+    #[must_use]
+    pub fn sun_zenith(&self) -> Angle {
+        PlaceArgs::from(*self).sun_zenith()
+    }
+}
+
+impl From<AnyPlaceArgs> for PlaceArgs {
+    fn from(place: AnyPlaceArgs) -> Self {
+        Self {
+            altitude_km: place.altitude_km,
+            sun_zenith_deg: place.sun_zenith_deg,
+            sun_elevation_deg: place.sun_elevation_deg,
+        }
+    }
+}
+
 /// Where a look-up table comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum LutSource {

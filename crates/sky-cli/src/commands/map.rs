@@ -12,7 +12,7 @@ use sky_science::spectrum::Spectrum;
 use sky_sim::optics::OpticalProfile;
 use sky_sim::solar::SolarSpectrum;
 
-use crate::args::{AtmosphereArgs, Defaults, Engine, HazeArgs, PlaceArgs, conditions, within};
+use crate::args::{AnyPlaceArgs, AtmosphereArgs, Defaults, Engine, HazeArgs, conditions, within};
 use crate::io::files::{OutputFile, read_text};
 use crate::io::model;
 use crate::io::profile::load_profile;
@@ -25,6 +25,7 @@ use crate::io::table::{DirectionArgs, spectral_map_csv, yxy_map_csv};
         .args(["turbidity", "aod500", "visual_range_km", "angstrom_beta", "optics"])),
     after_help = "Examples:
   utm-sky map --altitude-km 6 --turbidity 2 --sun-zenith-deg 60 --out map.csv
+  utm-sky map --altitude-km 100 --turbidity 2 --sun-zenith-deg 40 --direction 100,0 --out m.csv
   utm-sky map --altitude-km 0 --aod500 0.1 --sun-zenith-deg 85 --engine smarts --yxy --out sky.csv
   utm-sky map --model nishita --altitude-km 0 --turbidity 2 --sun-zenith-deg 85 --yxy --out map.csv
 
@@ -35,8 +36,8 @@ its format: utm-sky map --altitude-km 9 --optics optics.csv --solar solar.csv --
 pub struct MapArgs {
     /// Observer and sun.
     #[command(flatten)]
-    pub place: PlaceArgs,
-    /// Albedo of the ground (Lambertian)
+    pub place: AnyPlaceArgs,
+    /// Albedo of the ground (Lambertian), which lights the air and is seen through it
     #[arg(long, value_name = "A", value_parser = within(0.0, 1.0), default_value = "0.2",
           allow_negative_numbers = true)]
     pub albedo: f64,
@@ -95,7 +96,7 @@ pub fn run(args: &MapArgs) -> Result<()> {
     let directions = args.directions.table()?;
     if let Some(model) = &args.model {
         let haze = args.haze.haze(args.atmosphere.angstrom_alpha);
-        let map = model::map(model, &conditions(&args.place, haze)?, &directions)?;
+        let map = model::map(model, &conditions(&args.place.into(), haze)?, &directions)?;
         OutputFile::create(&args.out)?.commit(yxy_map_csv(&directions, &map).as_bytes())?;
         return Ok(());
     }

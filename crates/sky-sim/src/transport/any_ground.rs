@@ -180,26 +180,41 @@ impl LightParts {
         surroundings_albedo: f64,
         seen_albedo: f64,
     ) -> Result<Vec<f64>, TransportError> {
-        check_albedo(surroundings_albedo)?;
         check_albedo(seen_albedo)?;
-        let shares: Vec<f64> = self
-            .spherical_albedo
-            .iter()
-            .map(|s| {
-                surroundings_albedo * (1.0 - REFERENCE_ALBEDO * s)
-                    / (REFERENCE_ALBEDO * (1.0 - surroundings_albedo * s))
-            })
-            .collect();
+        let shares = self.shares(surroundings_albedo)?;
+        let ground = self.white_ground(surroundings_albedo)?;
         Ok((0..self.once.len())
             .map(|i| {
-                let share = shares[i % shares.len()];
-                let ground = self.ground_black[i] + share * self.ground_lit[i];
                 self.once[i]
                     + self.more[i]
-                    + share * self.lit_air[i]
-                    + seen_albedo * self.transmittance[i] * ground
+                    + shares[i % shares.len()] * self.lit_air[i]
+                    + seen_albedo * self.transmittance[i] * ground[i]
             })
             .collect())
+    }
+
+    /// Radiance of white ground where each line ends on it, as it is there, without the air before it;
+    /// ground of another albedo has that share. 0 where a line ends elsewhere.
+    ///
+    /// # Errors
+    /// Refuses albedos outside 0..1.
+    pub fn white_ground(&self, surroundings_albedo: f64) -> Result<Vec<f64>, TransportError> {
+        let shares = self.shares(surroundings_albedo)?;
+        let ground = self.ground_black.iter().zip(&self.ground_lit).enumerate();
+        Ok(ground
+            .map(|(i, (black, lit))| black + shares[i % shares.len()] * lit)
+            .collect())
+    }
+
+    /// By wavelength, what lit ground of the surroundings sends over what it sends at the reference
+    /// albedo.
+    fn shares(&self, surroundings_albedo: f64) -> Result<Vec<f64>, TransportError> {
+        check_albedo(surroundings_albedo)?;
+        let share = |s: &f64| {
+            surroundings_albedo * (1.0 - REFERENCE_ALBEDO * s)
+                / (REFERENCE_ALBEDO * (1.0 - surroundings_albedo * s))
+        };
+        Ok(self.spherical_albedo.iter().map(share).collect())
     }
 
     /// Light that the air of each path adds, where the surroundings have an albedo: the total without
