@@ -306,11 +306,11 @@ fn outside_the_domain_the_nearest_sky_is_shown_and_said_so() {
         );
         renderer
             .update_nearest(&GPU.queue, &mut view, &asked)
-            .map(|nearest| {
+            .map(|(_, nearest)| {
                 (
-                    nearest.is_moved(),
-                    nearest.shown.observer_altitude.km(),
-                    nearest.shown.turbidity,
+                    nearest.changes().next().is_some(),
+                    nearest.conditions.observer_altitude.km(),
+                    nearest.conditions.turbidity,
                 )
             })
     };

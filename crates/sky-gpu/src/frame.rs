@@ -1,7 +1,7 @@
 //! What a frame's sky depends on: observer, haze, sun, exposure.
 
 use glam::Vec3;
-use sky_core::conditions::{Conditions, Domain, OutsideDomain};
+use sky_core::conditions::{Conditions, OutsideDomain};
 use sky_core::haze::{Haze, HazeError};
 use sky_core::picture::Picture;
 use sky_core::quantity::{Angle, Length};
@@ -130,20 +130,4 @@ pub fn auto_ev100(picture: &Picture) -> f32 {
 pub fn ev100_for_mean(mean: f32) -> f32 {
     // a meter's answer brings it to 0.104
     ev100_from_luminance(mean) - 0.79
-}
-
-/// The conditions of a domain that lie nearest; NaN stays, and is refused where it is used.
-pub(crate) fn nearest(domain: &Domain, conditions: &Conditions) -> Conditions {
-    let within = |value: f64, [low, high]: [f64; 2]| value.clamp(low, high);
-    Conditions {
-        observer_altitude: Length::from_km(within(
-            conditions.observer_altitude.km(),
-            domain.altitude_km,
-        )),
-        turbidity: within(conditions.turbidity, domain.turbidity),
-        sun_zenith: Angle::from_degrees(within(
-            conditions.sun_zenith.degrees(),
-            domain.sun_zenith_deg,
-        )),
-    }
 }

@@ -64,7 +64,8 @@ pub use frame::{Exposure, FrameError, FrameSettings, auto_ev100, ev100_for_mean}
 pub use glam;
 pub use layouts::{baked_layout, frame_layout};
 pub use options::{Output, SkyRendererOptions, sky_depth};
-pub use renderer::{Nearest, SkyRenderer, Timing};
+pub use renderer::{SkyRenderer, Timing};
+pub use sky_core::conditions::Nearest;
 pub use sky_core::haze::Haze;
 pub use sky_core::picture::Picture;
 pub use sky_core::quantity::{Angle, Length};

@@ -1,13 +1,13 @@
 //! The renderer: it draws the skies of views.
 
-use sky_core::conditions::Conditions;
+use sky_core::conditions::{Conditions, Nearest};
 use sky_core::picture::Picture;
 use sky_core::tonemap::luminance;
 use sky_core::uniforms::{BAKED_GROUND, BAKED_SIZE, DisplaySettings, SkyUniform};
 use sky_core::utm_sky::UtmSky;
 
 use crate::camera::Camera;
-use crate::frame::{FrameError, FrameSettings, mean, nearest};
+use crate::frame::{FrameError, FrameSettings, mean};
 use crate::layouts::Layouts;
 use crate::options::{SkyRendererOptions, dither_step, largest};
 use crate::pipelines::Pipelines;
@@ -28,25 +28,6 @@ pub struct SkyRenderer {
     options: SkyRendererOptions,
     layouts: Layouts,
     pipelines: Pipelines,
-}
-
-/// What [`SkyRenderer::update_nearest`] drew.
-#[derive(Clone, Copy, Debug)]
-pub struct Nearest<'a> {
-    /// The frame.
-    pub picture: &'a Picture,
-    /// What was asked for.
-    pub asked: Conditions,
-    /// What is shown.
-    pub shown: Conditions,
-}
-
-impl Nearest<'_> {
-    /// Whether what was asked for lies outside the table's domain, so that something else is shown.
-    #[must_use]
-    pub fn is_moved(&self) -> bool {
-        self.asked != self.shown
-    }
 }
 
 /// Where render-pass timestamps are written.
@@ -101,8 +82,8 @@ impl SkyRenderer {
         self.show(queue, view, frame, &frame.conditions()?)
     }
 
-    /// The same, with the nearest conditions of the domain in place of those outside it. The answer
-    /// says so.
+    /// The same, with the nearest conditions of the domain in place of those outside it: the answer says
+    /// which were changed.
     ///
     /// # Errors
     /// When the haze cannot be, or a number is none.
@@ -111,18 +92,10 @@ impl SkyRenderer {
         queue: &wgpu::Queue,
         view: &'a mut View,
         frame: &FrameSettings,
-    ) -> Result<Nearest<'a>, FrameError> {
-        let asked = frame.conditions()?;
-        let domain = self.sky.domain();
-        let shown = match domain.check(&asked) {
-            Ok(()) => asked,
-            Err(_) => nearest(domain, &asked),
-        };
-        Ok(Nearest {
-            picture: self.show(queue, view, frame, &shown)?,
-            asked,
-            shown,
-        })
+    ) -> Result<(&'a Picture, Nearest), FrameError> {
+        let nearest = self.sky.domain().nearest(&frame.conditions()?)?;
+        let picture = self.show(queue, view, frame, &nearest.conditions)?;
+        Ok((picture, nearest))
     }
 
     fn show<'a>(
