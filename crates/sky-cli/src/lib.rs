@@ -205,39 +205,57 @@ mod tests {
     #[test]
     fn values_outside_their_range_name_the_option_and_the_range() {
         let rest = "--aod500 0.1 --out o.csv";
-        for (options, option, expected) in [
+        for (command, options, option, expected) in [
             (
+                "sky",
                 "--altitude-km 31 --sun-zenith-deg 60",
                 "--altitude-km",
                 "0 to 30",
             ),
             (
+                "sky",
                 "--altitude-km -1 --sun-zenith-deg 60",
                 "--altitude-km",
                 "0 to 30",
             ),
             (
+                "sky",
                 "--altitude-km nan --sun-zenith-deg 60",
                 "--altitude-km",
                 "0 to 30",
             ),
             (
+                "sky",
                 "--altitude-km 1 --sun-zenith-deg 96.1",
                 "--sun-zenith-deg",
                 "0 to 96",
             ),
             (
+                "sky",
                 "--altitude-km 1 --sun-zenith-deg x",
                 "--sun-zenith-deg",
                 "0 to 96",
             ),
             (
+                "map",
                 "--altitude-km 1 --sun-zenith-deg 60 --albedo 2",
                 "--albedo",
                 "0 to 1",
             ),
+            (
+                "map",
+                "--altitude-km 101 --sun-zenith-deg 60",
+                "--altitude-km",
+                "-0.5 to 100",
+            ),
+            (
+                "map",
+                "--altitude-km 1 --sun-zenith-deg 108.1",
+                "--sun-zenith-deg",
+                "0 to 108",
+            ),
         ] {
-            let message = refused(&format!("utm-sky map {options} {rest}"));
+            let message = refused(&format!("utm-sky {command} {options} {rest}"));
             assert!(message.contains(option), "{message}");
             assert!(message.contains(expected), "{message}");
         }

@@ -59,7 +59,7 @@ pub enum PathEngine {
   utm-sky segment --altitude-km 3 --turbidity 2 --sun-zenith-deg 60 \\
       --segment 90,0,20 --segment 95,180,10 --out paths.csv
   utm-sky segment --altitude-km 40 --turbidity 2 --sun-zenith-deg 95 --engine transport \\
-      --segment 100,0,300 --out truth.csv
+      --segment 95,0,300 --out truth.csv
 
 A path is a straight ray over a sphere of 6371 km. Transmittances are those of sunlight in linear
 sRGB and luminance; in-scattered light is what the air of the path adds."
