@@ -63,9 +63,10 @@ figcaption{font-size:13px;margin-bottom:4px}
 .bar i{display:inline-block;width:220px;height:12px;border-radius:3px}
 .scroll{overflow-x:auto;margin:8px 0 14px}
 table{border-collapse:collapse;font-size:13.5px;background:var(--card);border:1px solid var(--line)}
-th,td{padding:5px 9px;text-align:left;border-bottom:1px solid var(--line);vertical-align:top}
+th,td{padding:5px 8px;text-align:left;border-bottom:1px solid var(--line);vertical-align:top}
 th{font-weight:600;color:var(--soft);border-bottom:2px solid var(--line)}
-td.n,th.n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}
+td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}
+td.n{white-space:nowrap}
 tr:last-child td{border-bottom:0}
 .good{color:var(--good);font-weight:600}
 .bad{color:var(--bad);font-weight:600}

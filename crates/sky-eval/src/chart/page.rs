@@ -311,7 +311,7 @@ pub fn html(rows: &[Row], panels: &[String], offline: &str, adapter: &str) -> St
         "ΔE p95",
         "luminance p95",
         "after one factor",
-        "RMSE [mW/m²/sr/nm]",
+        "RMSE [mW m⁻² sr⁻¹ nm⁻¹]",
         "CPU [ns]",
         "GPU 1080p [ns/px]",
         "GPU 2160p",
