@@ -110,17 +110,19 @@ fn the_chart_s_files_hold_together() {
     }
     assert!(printed.contains("utm-sky-baked: "), "{printed}");
 
-    // the drawings: a panel a regime, a word a model
+    // the drawings: on the page a panel a regime, on the sheet the most telling; a word a model
     let (svg, page) = (read("chart.svg"), read("chart.html"));
+    for title in ["All cases", "Sun 70–90°", "From 9 km"] {
+        assert!(svg.contains(&format!(">{title}")), "{title}");
+    }
     for regime in REGIMES {
-        assert!(svg.contains(&format!(">{regime}</text>")), "{regime}");
         assert!(page.contains(&format!("<h3>{regime}</h3>")), "{regime}");
     }
     for model in ["utm-sky-baked", "preetham", "nishita"] {
         assert!(svg.contains(model) && page.contains(model), "{model}");
     }
     // Preetham's air is his own
-    assert!(svg.contains(" preetham*") && !svg.contains("utm-sky-baked*"));
+    assert!(svg.contains("preetham*") && !svg.contains("utm-sky-baked*"));
     assert!(svg.contains("* air of its own"));
     for id in ["regimes", "factors", "offline", "models"] {
         assert!(page.contains(&format!("<section id=\"{id}\">")), "{id}");

@@ -16,7 +16,7 @@ fn directory_with(bytes: &[u8]) -> TempDir {
 fn refuse_table(bytes: &[u8], words: &[&str]) {
     let dir = directory_with(bytes);
     let words: Vec<&str> = words.iter().copied().chain(["sky.utmlut"]).collect();
-    for line in ["lut info sky.utmlut", "lut export sky.utmlut --csv out.csv"] {
+    for line in ["lut info sky.utmlut", "lut export sky.utmlut --out out.csv"] {
         refuse(dir.path(), line, &words);
         let message = crate::support::run(dir.path(), line).stderr;
         assert_eq!(message.lines().count(), 1, "{message}");
@@ -52,7 +52,7 @@ fn info_prints_what_the_table_says() {
 #[test]
 fn export_writes_the_coefficients() {
     let dir = directory_with(&report_grid().encode());
-    let printed = succeed(dir.path(), "lut export sky.utmlut --csv out.csv").stdout;
+    let printed = succeed(dir.path(), "lut export sky.utmlut --out out.csv").stdout;
     assert_eq!(printed, "");
     let csv = fs::read_to_string(dir.path().join("out.csv")).unwrap();
     assert_eq!(csv, report_grid().to_csv_string());
@@ -121,7 +121,7 @@ fn an_export_that_cannot_be_written() {
     let dir = directory_with(&smallest().encode());
     refuse(
         dir.path(),
-        "lut export sky.utmlut --csv no/out.csv",
+        "lut export sky.utmlut --out no/out.csv",
         &["no/out.csv", "expected the directory no"],
     );
     assert_eq!(names(dir.path()), ["sky.utmlut"]);

@@ -3,6 +3,7 @@
 mod bad_input;
 mod chart;
 mod commands;
+mod faults;
 mod interruption;
 mod lut;
 mod plan;

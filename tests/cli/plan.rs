@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use crate::support::{names, refuse, succeed};
+use crate::support::{names, refuse, run, succeed};
 use sky_cli::io::plan::load_scene;
 use sky_core::conditions::Domain;
 use sky_core::lut::Lut;
@@ -301,6 +301,24 @@ fn a_plan_is_baked_and_refuses_what_lies_outside() {
         "generate --plan plan.toml",
         &["plan.toml", "terms", "a4"],
     );
+}
+
+#[test]
+fn b4_a_tolerance_that_is_not_met_ends_with_1() {
+    let directory = tempdir().unwrap();
+    let mut plan = runway().plan.clone();
+    fs::write(directory.path().join("met.toml"), plan.to_toml().unwrap()).unwrap();
+    plan.tolerance.delta_e = 1e-4;
+    fs::write(directory.path().join("not.toml"), plan.to_toml().unwrap()).unwrap();
+    fs::write(directory.path().join("sky.utmlut"), runway().lut.encode()).unwrap();
+    for (name, verdict, status) in [("met", "is met", 0), ("not", "is not met", 1)] {
+        let outcome = run(
+            directory.path(),
+            &format!("plan --verify {name}.toml --lut sky.utmlut --cases 20 --seed 5"),
+        );
+        assert_eq!(outcome.code, Some(status), "{outcome:?}");
+        assert!(outcome.stdout.contains(verdict), "{outcome:?}");
+    }
 }
 
 #[test]

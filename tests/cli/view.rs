@@ -125,6 +125,7 @@ fn expected(scenery: Scenery, altitude_km: f64, size: [u32; 2]) -> Vec<u8> {
         tone: Some(Tone::Neutral),
         tier: Tier::Fragment,
         scenery,
+        sun_disc: true,
         aerial: true,
     };
     match draw_on_cpu(&UtmSky::embedded().expect("the table"), &shot).expect("a picture") {

@@ -94,6 +94,7 @@ fn compare(gpu: &Headless, sky: &dyn ShaderSky, conditions: &Conditions) -> Vec<
             tone: None,
             tier: Tier::Fragment,
             scenery: Scenery::None,
+            sun_disc: true,
             aerial: false,
         };
         let axes = shot.frame().local_axes();

@@ -134,6 +134,7 @@ impl Golden {
             tone: Some(Tone::Neutral),
             tier: self.tier,
             scenery: self.terrain.map_or(Scenery::None, |_| Scenery::Terrain),
+            sun_disc: true,
             aerial: self.terrain.unwrap_or(true),
         }
     }

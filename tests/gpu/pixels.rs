@@ -72,6 +72,7 @@ fn shots(conditions: &Conditions) -> [Shot; 2] {
         tone: None,
         tier: Tier::Fragment,
         scenery: sky_render::Scenery::None,
+        sun_disc: true,
         aerial: true,
     };
     let horizon = 90.0 - horizon_zenith(conditions.observer_altitude).degrees();

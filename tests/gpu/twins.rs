@@ -36,6 +36,7 @@ fn shot(altitude_km: f64, turbidity: f64, sun_deg: f64, camera: Camera) -> Shot 
         tone: None,
         tier: Tier::Fragment,
         scenery: sky_render::Scenery::None,
+        sun_disc: true,
         aerial: true,
     }
 }

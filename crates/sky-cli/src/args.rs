@@ -9,13 +9,19 @@ use sky_core::conditions::{Conditions, OutsideDomain};
 use sky_core::haze::Haze;
 use sky_core::quantity::{Angle, Length};
 use sky_core::tonemap::Tone;
+use sky_eval::profiles::shipped_names;
 use sky_gpu::{Dome, Tier};
 use sky_render::Scenery;
 use sky_sim::optics::{Constituents, OpticsSettings};
 
-/// Help of `--directions`.
-pub(crate) const DIRECTIONS_HELP: &str = "Directions: CSV with view_zenith_deg,relative_azimuth_deg \
-                               (0 faces the sun); without it the zenith and nine rings of 30";
+/// Help of `--profile`, with the names of the shipped ones.
+pub(crate) fn profile_help() -> String {
+    let names: Vec<&str> = shipped_names().collect();
+    format!(
+        "Profile of the atmosphere: a CSV file or the name of a shipped one ({})",
+        names.join(", ")
+    )
+}
 
 /// A number within bounds, both allowed. NaN and infinities are refused.
 pub(crate) fn within(low: f64, high: f64) -> impl TypedValueParser<Value = f64> {
@@ -116,6 +122,7 @@ pub struct AtmosphereArgs {
         long,
         value_name = "CSV|NAME",
         default_value = "general",
+        help = profile_help(),
         help_heading = "Atmosphere"
     )]
     pub profile: PathBuf,
@@ -184,8 +191,24 @@ pub struct PlaceArgs {
     #[arg(long, value_name = "KM", value_parser = within(0.0, 30.0), allow_negative_numbers = true)]
     pub altitude_km: f64,
     /// Zenith angle of the sun, 0-96 [deg]
-    #[arg(long, value_name = "DEG", value_parser = within(0.0, 96.0), allow_negative_numbers = true)]
-    pub sun_zenith_deg: f64,
+    #[arg(long, value_name = "DEG", value_parser = within(0.0, 96.0), allow_negative_numbers = true,
+          required_unless_present = "sun_elevation_deg")]
+    pub sun_zenith_deg: Option<f64>,
+    /// Elevation of the sun, 90 less its zenith angle, in place of that, -6-90 [deg]
+    #[arg(long, value_name = "DEG", value_parser = within(-6.0, 90.0), allow_negative_numbers = true,
+          conflicts_with = "sun_zenith_deg")]
+    pub sun_elevation_deg: Option<f64>,
+}
+
+impl PlaceArgs {
+    /// Zenith angle of the sun; clap made sure that it was given one way or the other.
+    #[must_use]
+    pub fn sun_zenith(&self) -> Angle {
+        let zenith_deg = self
+            .sun_zenith_deg
+            .or(self.sun_elevation_deg.map(|up| 90.0 - up));
+        Angle::from_degrees(zenith_deg.unwrap_or_default())
+    }
 }
 
 /// Where the observer and the sun are, for the engines: anywhere below space, day and night.
@@ -197,8 +220,21 @@ pub struct AnyPlaceArgs {
     #[arg(long, value_name = "KM", value_parser = within(-0.5, 100.0), allow_negative_numbers = true)]
     pub altitude_km: f64,
     /// Zenith angle of the sun, 0-108 [deg]
-    #[arg(long, value_name = "DEG", value_parser = within(0.0, 108.0), allow_negative_numbers = true)]
-    pub sun_zenith_deg: f64,
+    #[arg(long, value_name = "DEG", value_parser = within(0.0, 108.0), allow_negative_numbers = true,
+          required_unless_present = "sun_elevation_deg")]
+    pub sun_zenith_deg: Option<f64>,
+    /// Elevation of the sun, 90 less its zenith angle, in place of that, -18-90 [deg]
+    #[arg(long, value_name = "DEG", value_parser = within(-18.0, 90.0), allow_negative_numbers = true,
+          conflicts_with = "sun_zenith_deg")]
+    pub sun_elevation_deg: Option<f64>,
+}
+
+impl AnyPlaceArgs {
+    /// Zenith angle of the sun.
+    #[must_use]
+    pub fn sun_zenith(&self) -> Angle {
+        PlaceArgs::from(*self).sun_zenith()
+    }
 }
 
 impl From<AnyPlaceArgs> for PlaceArgs {
@@ -206,6 +242,7 @@ impl From<AnyPlaceArgs> for PlaceArgs {
         Self {
             altitude_km: place.altitude_km,
             sun_zenith_deg: place.sun_zenith_deg,
+            sun_elevation_deg: place.sun_elevation_deg,
         }
     }
 }
@@ -254,9 +291,9 @@ pub enum TierKind {
     /// A dome of 271 corners, blended between them
     Vertex,
     /// The formula at every pixel
-    #[default]
     Fragment,
     /// A small texture, one fetch a pixel
+    #[default]
     Baked,
 }
 
@@ -478,6 +515,5 @@ pub fn conditions(place: &PlaceArgs, haze: Option<Haze>) -> Result<Conditions> {
     let haze = haze
         .ok_or_else(|| anyhow!("haze: expected one of --turbidity, --aod500, --visual-range-km"))?;
     let altitude = Length::from_km(place.altitude_km);
-    let sun_zenith = Angle::from_degrees(place.sun_zenith_deg);
-    Ok(Conditions::new(altitude, haze, sun_zenith)?)
+    Ok(Conditions::new(altitude, haze, place.sun_zenith())?)
 }

@@ -1,12 +1,13 @@
 //! The `utm-sky` command as a library: files, terminal, plots.
 //!
 //! Everything that touches a file or the terminal is here; the physics is in the other crates. The
-//! binary is one call of [`run`]. Exit status: 0 on success, 2 on bad input, on a file that cannot
-//! be written and on interruption.
+//! binary is one call of [`run`]. Exit status: 0 on success, 1 where a verdict is "not met", 2 on bad
+//! input, on a file that cannot be written and on interruption.
 
 pub mod args;
 pub mod commands;
 pub mod io;
+mod quiet;
 mod tell;
 
 use std::ffi::OsString;
@@ -19,7 +20,7 @@ use commands::{
     atlas, beam, bench_gpu, chart, export_shaders, fit_stress, gallery, generate, light, lut, map,
     models, optics, plan, profile, render, report, segment, sky, view,
 };
-use io::files::{EXIT_FAILURE, clean_up_on_interrupt};
+use io::files::{EXIT_FAILURE, clean_up_on_interrupt, remove_empty_directories};
 use tell::tell;
 
 /// Spectral sky radiance, fitted sky formulas and look-up tables for flight simulators.
@@ -32,7 +33,8 @@ use tell::tell;
   utm-sky generate
   utm-sky map --altitude-km 6 --turbidity 2 --sun-zenith-deg 60 --yxy --out sky.csv
 
-Exit status: 0 on success, 2 on bad input or when a file cannot be written."
+An output named - is standard output. Exit status: 0 on success, 1 where a verdict is \"not met\" (plan
+--verify), 2 on bad input, when a file cannot be written and on interruption."
 )]
 pub struct Cli {
     /// What to do.
@@ -97,12 +99,28 @@ where
         Ok(cli) => cli,
         Err(message) => return tell(&message),
     };
+    if cli.command.wants_gpu() {
+        quiet::start_again_where_drivers_complain(args.get(1..).unwrap_or_default());
+    }
     clean_up_on_interrupt();
     match dispatch(&cli.command, args.get(2..).unwrap_or_default()) {
         Ok(status) => status,
         Err(error) => {
+            remove_empty_directories();
             drop(writeln!(stderr(), "error: {error}"));
             ExitCode::from(EXIT_FAILURE)
+        }
+    }
+}
+
+impl Command {
+    /// Whether it opens a GPU itself; `view` leaves that to the window's program.
+    fn wants_gpu(&self) -> bool {
+        match self {
+            Self::Render(args) => args.backend == args::Backend::Gpu && args.model.is_none(),
+            Self::Gallery(args) => args.backend == args::Backend::Gpu,
+            Self::Chart(_) | Self::Atlas(_) | Self::BenchGpu(_) => true,
+            _ => false,
         }
     }
 }
@@ -125,7 +143,7 @@ fn dispatch(command: &Command, rest: &[OsString]) -> anyhow::Result<ExitCode> {
         Command::BenchGpu(args) => bench_gpu::run(args),
         Command::ExportShaders(args) => export_shaders::run(args),
         Command::Generate(args) => generate::run(args),
-        Command::Plan(args) => plan::run(args),
+        Command::Plan(args) => return plan::run(args),
         Command::Report(args) => report::run(args),
         Command::Atlas(args) => atlas::run(args),
         Command::FitStress(args) => fit_stress::run(args),
@@ -187,39 +205,57 @@ mod tests {
     #[test]
     fn values_outside_their_range_name_the_option_and_the_range() {
         let rest = "--aod500 0.1 --out o.csv";
-        for (options, option, expected) in [
+        for (command, options, option, expected) in [
             (
+                "sky",
                 "--altitude-km 31 --sun-zenith-deg 60",
                 "--altitude-km",
                 "0 to 30",
             ),
             (
+                "sky",
                 "--altitude-km -1 --sun-zenith-deg 60",
                 "--altitude-km",
                 "0 to 30",
             ),
             (
+                "sky",
                 "--altitude-km nan --sun-zenith-deg 60",
                 "--altitude-km",
                 "0 to 30",
             ),
             (
+                "sky",
                 "--altitude-km 1 --sun-zenith-deg 96.1",
                 "--sun-zenith-deg",
                 "0 to 96",
             ),
             (
+                "sky",
                 "--altitude-km 1 --sun-zenith-deg x",
                 "--sun-zenith-deg",
                 "0 to 96",
             ),
             (
+                "map",
                 "--altitude-km 1 --sun-zenith-deg 60 --albedo 2",
                 "--albedo",
                 "0 to 1",
             ),
+            (
+                "map",
+                "--altitude-km 101 --sun-zenith-deg 60",
+                "--altitude-km",
+                "-0.5 to 100",
+            ),
+            (
+                "map",
+                "--altitude-km 1 --sun-zenith-deg 108.1",
+                "--sun-zenith-deg",
+                "0 to 108",
+            ),
         ] {
-            let message = refused(&format!("utm-sky map {options} {rest}"));
+            let message = refused(&format!("utm-sky {command} {options} {rest}"));
             assert!(message.contains(option), "{message}");
             assert!(message.contains(expected), "{message}");
         }

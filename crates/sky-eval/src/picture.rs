@@ -1,14 +1,16 @@
 //! Fisheye pictures of skies, as PNG in data addresses.
 //!
 //! Equidistant: the zenith in the middle, the geometric horizon at the rim, the sun above. The median
-//! luminance of the truth's map is shown as middle gray, 18 % of white, and the fit is exposed alike. Out of scope: tone curves, the sun's disc.
+//! luminance of the truth's map is shown as middle gray, 18 % of white, and the fit is exposed alike. The
+//! tone curve leaves colors up to three quarters of white as they are and bends above, so that a horizon
+//! many times as bright as the zenith is not burnt white. Out of scope: the sun's disc.
 
 use anyhow::Result;
 use sky_core::color::{Yxy, linear_srgb_from_xyz, xyz_from_yxy};
 use sky_core::conditions::Conditions;
 use sky_core::direction::{SkyDirection, horizon_zenith};
 use sky_core::quantity::{Angle, single};
-use sky_core::tonemap::{encoded, in_gamut};
+use sky_core::tonemap::{Tone, encoded, tone_mapped};
 use sky_plot::heat_map::heat_color;
 use sky_plot::png::{byte, png, png_address};
 use sky_science::metrics::{
@@ -153,7 +155,7 @@ fn tiles(
     };
     let developed = |map: &[Yxy]| {
         render(conditions, grid, &linear(map), |rgb, _| {
-            in_gamut(rgb.map(single)).map(|c| byte(encoded(c).into()))
+            tone_mapped(rgb.map(single), Tone::Neutral).map(|c| byte(encoded(c).into()))
         })
     };
     let difference = |fit: &[Yxy]| {

@@ -5,6 +5,11 @@ use sha2::{Digest as _, Sha256};
 use sky_sim::profile::AtmosphereProfile;
 use sky_sim::solar::{SolarError, SolarSpectrum};
 
+/// The names of the shipped profiles.
+pub fn shipped_names() -> impl Iterator<Item = &'static str> {
+    sky_profiles::ALL.iter().map(|shipped| shipped.name)
+}
+
 /// A profile, the name by which it was asked for, and its bytes' hash.
 #[derive(Clone, Debug)]
 pub struct NamedProfile {

@@ -10,6 +10,7 @@ use sky_core::conditions::{Conditions, Domain};
 use sky_core::direction::SkyDirection;
 use sky_core::extinction::Extinction;
 use sky_core::haze::Haze;
+use sky_core::quantity::Length;
 use sky_science::cie::ColorWeights;
 use sky_science::sky_model::{SkyError, SkyModel};
 use sky_science::spectrum::Spectrum;
@@ -17,7 +18,7 @@ use sky_sim::optics::{OpticalProfile, OpticsSettings};
 use sky_sim::profile::AtmosphereProfile;
 use sky_sim::smarts::SmartsSky;
 use sky_sim::solar::SolarSpectrum;
-use sky_sim::transport::{Transport, TransportSettings};
+use sky_sim::transport::{AnyGround, LightParts, Sight, Transport, TransportSettings};
 
 use crate::extinction;
 
@@ -27,7 +28,16 @@ pub const DEFAULT_GROUND_ALBEDO: f64 = 0.2;
 /// Solved atmospheres that are kept.
 const KEPT: usize = 12;
 
-/// What both engines answer for.
+/// What the transport engine answers for: the ground lies at 0 km, or at the observer's feet if they are
+/// lower.
+pub const TRANSPORT_DOMAIN: Domain = Domain {
+    altitude_km: [-0.5, 100.0],
+    turbidity: [1.0, 12.0],
+    sun_zenith_deg: [0.0, 108.0],
+    below_horizontal: true,
+};
+
+/// What both engines answer for, and tables may be made for.
 pub const DOMAIN: Domain = Domain {
     altitude_km: [0.0, 30.0],
     turbidity: [1.0, 12.0],
@@ -91,11 +101,11 @@ fn gave_up(sky: &'static str, turbidity: f64, why: &dyn fmt::Display) -> SkyErro
     }
 }
 
-/// Engines by the bits of the turbidity, the oldest first to go.
+/// Engines by the bits of the turbidity and of the ground's altitude, the oldest first to go.
 struct Cache<T>(Mutex<Kept<T>>);
 
 /// What is kept, and its keys from the oldest to the newest.
-type Kept<T> = (BTreeMap<u64, Arc<T>>, Vec<u64>);
+type Kept<T> = (BTreeMap<[u64; 2], Arc<T>>, Vec<[u64; 2]>);
 
 impl<T> fmt::Debug for Cache<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -108,10 +118,15 @@ impl<T> Cache<T> {
         Self(Mutex::new((BTreeMap::new(), Vec::new())))
     }
 
-    /// The engine of a turbidity. It is made without holding the lock: its own work runs on the
-    /// threads that may be waiting here.
-    fn get<E>(&self, turbidity: f64, make: impl FnOnce() -> Result<T, E>) -> Result<Arc<T>, E> {
-        let key = turbidity.to_bits();
+    /// The engine of a turbidity and a ground. It is made without holding the lock: its own work runs on
+    /// the threads that may be waiting here.
+    fn get<E>(
+        &self,
+        turbidity: f64,
+        ground: Length,
+        make: impl FnOnce() -> Result<T, E>,
+    ) -> Result<Arc<T>, E> {
+        let key = [turbidity, ground.km()].map(f64::to_bits);
         let lock = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(engine) = lock().0.get(&key) {
             return Ok(Arc::clone(engine));
@@ -135,6 +150,7 @@ pub struct TransportSky {
     air: Air,
     transport: TransportSettings,
     solved: Cache<Transport>,
+    any_ground: Cache<AnyGround>,
 }
 
 impl TransportSky {
@@ -154,6 +170,7 @@ impl TransportSky {
             air,
             transport,
             solved: Cache::new(),
+            any_ground: Cache::new(),
         })
     }
 
@@ -188,6 +205,7 @@ impl TransportSky {
     pub fn with_transport_settings(mut self, transport: TransportSettings) -> Self {
         self.transport = transport;
         self.solved = Cache::new();
+        self.any_ground = Cache::new();
         self
     }
 
@@ -200,8 +218,8 @@ impl TransportSky {
         conditions: &Conditions,
         directions: &[SkyDirection],
     ) -> Result<Vec<f64>, SkyError> {
-        DOMAIN.check(conditions)?;
-        let solved = self.solved(conditions.turbidity)?;
+        TRANSPORT_DOMAIN.check(conditions)?;
+        let solved = self.solved_over(conditions.turbidity, ground(conditions))?;
         Ok(solved.radiance_ratio(
             conditions.observer_altitude,
             conditions.sun_zenith,
@@ -224,20 +242,53 @@ impl TransportSky {
         self.air.colors(ratios)
     }
 
-    /// The solved atmosphere of a turbidity.
+    /// The light along lines of sight, its parts apart, for ground of any albedo: spectral radiance per
+    /// unit of solar irradiance \[sr⁻¹\]. This sky's own albedo has no part in it.
+    ///
+    /// # Errors
+    /// When the conditions lie outside the domain, or the engine gives up on the air.
+    pub fn parts(&self, conditions: &Conditions, sights: &[Sight]) -> Result<LightParts, SkyError> {
+        TRANSPORT_DOMAIN.check(conditions)?;
+        let (turbidity, ground) = (conditions.turbidity, ground(conditions));
+        let give_up = |why| gave_up(TRANSPORT, turbidity, &why);
+        let solved = self.any_ground.get(turbidity, ground, || {
+            let optics = self.optics_over(turbidity, ground)?;
+            AnyGround::solve(&optics, &self.transport).map_err(give_up)
+        })?;
+        solved
+            .light(conditions.observer_altitude, conditions.sun_zenith, sights)
+            .map_err(give_up)
+    }
+
+    /// The solved atmosphere of a turbidity, the ground at 0 km.
     ///
     /// # Errors
     /// When the air is too dense for the engine.
     pub fn solved(&self, turbidity: f64) -> Result<Arc<Transport>, SkyError> {
-        self.solved.get(turbidity, || {
+        self.solved_over(turbidity, Length::ZERO)
+    }
+
+    fn solved_over(&self, turbidity: f64, ground: Length) -> Result<Arc<Transport>, SkyError> {
+        self.solved.get(turbidity, ground, || {
             Transport::solve(
-                &self.optics(turbidity)?,
+                &self.optics_over(turbidity, ground)?,
                 self.air.ground_albedo,
                 &self.transport,
             )
             .map_err(|why| gave_up(TRANSPORT, turbidity, &why))
         })
     }
+
+    fn optics_over(&self, turbidity: f64, ground: Length) -> Result<OpticalProfile, SkyError> {
+        self.optics(turbidity)?
+            .down_to(ground)
+            .map_err(|why| gave_up(TRANSPORT, turbidity, &why))
+    }
+}
+
+/// The ground below an observer.
+fn ground(conditions: &Conditions) -> Length {
+    Length::from_km(conditions.observer_altitude.km().min(0.0))
 }
 
 impl SkyModel for TransportSky {
@@ -246,7 +297,7 @@ impl SkyModel for TransportSky {
     }
 
     fn domain(&self) -> &Domain {
-        &DOMAIN
+        &TRANSPORT_DOMAIN
     }
 
     fn yxy_map(
@@ -254,13 +305,7 @@ impl SkyModel for TransportSky {
         conditions: &Conditions,
         directions: &[SkyDirection],
     ) -> Result<Vec<Yxy>, SkyError> {
-        DOMAIN.check(conditions)?;
-        let solved = self.solved(conditions.turbidity)?;
-        let ratios = solved.radiance_ratio(
-            conditions.observer_altitude,
-            conditions.sun_zenith,
-            directions,
-        );
+        let ratios = self.radiance_ratio(conditions, directions)?;
         Ok(self.air.colors(&ratios))
     }
 }
@@ -311,7 +356,7 @@ impl SkyModel for SmartsSkyModel {
         directions: &[SkyDirection],
     ) -> Result<Vec<Yxy>, SkyError> {
         DOMAIN.check(conditions)?;
-        let sky = self.made.get(conditions.turbidity, || {
+        let sky = self.made.get(conditions.turbidity, Length::ZERO, || {
             let settings = self.air.with_turbidity(conditions.turbidity);
             SmartsSky::new(&self.air.profile, &settings, self.air.ground_albedo)
                 .and_then(|sky| sky.with_sun(&self.unit_sun))

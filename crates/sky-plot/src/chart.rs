@@ -105,7 +105,119 @@ const RIGHT_MARGIN: u32 = 14;
 const X_LABELS: u32 = 34;
 const Y_LABELS: u32 = 52;
 /// Size of the words in a chart \[px\].
-const NOTE_PX: f64 = 9.5;
+const NOTE_PX: f64 = 11.0;
+/// A line of words, and a letter of the widest common sans-serif face.
+const LINE_PX: f64 = 1.2 * NOTE_PX;
+const LETTER_PX: f64 = 0.62 * NOTE_PX;
+/// Radius of a dot with some air around it.
+const DOT_PX: f64 = 4.0;
+/// From a dot to its word, and to a word that stands so far that a line has to lead to it.
+const NEAR_PX: f64 = 6.0;
+const LED_PX: f64 = 12.0;
+/// Lines of more points are not kept clear of words.
+const MOST_CLEARED: usize = 16;
+
+/// A rectangle: left, top, right, bottom \[px\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Box([f64; 4]);
+
+impl Box {
+    pub(crate) fn around([x, y]: [f64; 2], [width, height]: [f64; 2]) -> Self {
+        Self([
+            x - 0.5 * width,
+            y - 0.5 * height,
+            x + 0.5 * width,
+            y + 0.5 * height,
+        ])
+    }
+
+    pub(crate) fn lies_on(&self, other: &Self) -> bool {
+        (0..2).all(|axis| self.0[axis] < other.0[axis + 2] && other.0[axis] < self.0[axis + 2])
+    }
+
+    fn is_within(&self, [width, height]: [f64; 2]) -> bool {
+        self.0[0] >= 0.0 && self.0[1] >= 0.0 && self.0[2] <= width && self.0[3] <= height
+    }
+}
+
+/// Small squares along a line, its ends left out: what must not be written over.
+fn along(from: [f64; 2], to: [f64; 2]) -> impl Iterator<Item = Box> {
+    const STEPS: u8 = 60;
+    (1..STEPS).map(move |i| {
+        let share = f64::from(i) / f64::from(STEPS);
+        let place = core::array::from_fn(|axis| from[axis] + share * (to[axis] - from[axis]));
+        Box::around(place, [1.0; 2])
+    })
+}
+
+/// A word that has its place.
+#[derive(Clone, Copy, Debug)]
+struct Placed {
+    /// What it is said of.
+    at: [f64; 2],
+    word: Box,
+    /// Whether the word is too far to be seen as that of the place.
+    is_led: bool,
+}
+
+impl Placed {
+    /// The word's upper left corner from the place \[px of the zoomed drawing\].
+    fn corner(&self) -> (i32, i32) {
+        let [left, top, ..] = self.word.0;
+        (zoomed(left - self.at[0]), zoomed(top - self.at[1]))
+    }
+
+    /// Where the word is nearest to the place.
+    fn nearest(&self) -> [f64; 2] {
+        let [left, top, right, bottom] = self.word.0;
+        [self.at[0].clamp(left, right), self.at[1].clamp(top, bottom)]
+    }
+
+    /// A line from the place to the word; of no length where none is needed.
+    fn leader(&self) -> [(i32, i32); 2] {
+        if !self.is_led {
+            return [(0, 0); 2];
+        }
+        let nearest = self.nearest();
+        [
+            (0, 0),
+            (
+                zoomed(nearest[0] - self.at[0]),
+                zoomed(nearest[1] - self.at[1]),
+            ),
+        ]
+    }
+}
+
+/// The nearest free place for a word of a size, on rings around its point.
+fn placed(at: [f64; 2], size: [f64; 2], plot: [f64; 2], taken: &[Box]) -> Placed {
+    // right, left, then above and below, then between
+    const TURNS: [f64; 16] = [
+        0.0, 8.0, 4.0, 12.0, 1.0, 15.0, 7.0, 9.0, 2.0, 14.0, 6.0, 10.0, 3.0, 13.0, 5.0, 11.0,
+    ];
+    let ring = |distance: f64| {
+        TURNS.map(move |turn| {
+            let (sine, cosine) = (turn * core::f64::consts::PI / 8.0).sin_cos();
+            let center = [
+                at[0] + cosine * (distance + 0.5 * size[0]),
+                at[1] + sine * (distance + 0.5 * size[1]),
+            ];
+            (distance, Box::around(center, size))
+        })
+    };
+    let distances = (0..200_u8).map(|n| NEAR_PX + 3.0 * f64::from(n));
+    let free = |word: &Box| word.is_within(plot) && !taken.iter().any(|other| word.lies_on(other));
+    let (distance, word) = distances
+        .flat_map(ring)
+        .find(|(_, word)| free(word))
+        // a plot that is full of words
+        .unwrap_or_else(|| ring(NEAR_PX)[0]);
+    Placed {
+        at,
+        word,
+        is_led: distance > LED_PX,
+    }
+}
 
 impl Chart {
     /// The chart with its heading and legend.
@@ -113,12 +225,10 @@ impl Chart {
     /// # Errors
     /// When it cannot be drawn.
     pub fn html(&self) -> Result<String, DrawError> {
-        let mut svg = String::new();
-        self.draw(&mut svg)?;
         Ok(format!(
             "<figure class=\"chart\"><figcaption>{}</figcaption>{}{}</figure>\n",
             escape(&self.title),
-            cut_head(&svg, self.size, &self.title),
+            self.drawing()?,
             self.legend()
         ))
     }
@@ -147,46 +257,49 @@ impl Chart {
         }
     }
 
-    /// How far each word stands from its place \[px of the zoomed drawing\]: as near as goes without
-    /// lying on another word or beyond the right edge; the first words choose first.
-    fn note_offsets(&self) -> Vec<(i32, i32)> {
-        const LINE_PX: f64 = 1.15 * NOTE_PX;
-        const LETTER_PX: f64 = 0.53 * NOTE_PX;
-        let [width, height] = [
+    /// Where each word stands \[px of the plot, from its upper left corner\]: as near to its place as
+    /// goes without lying on another word, on a dot or beyond the plot; the first words choose first.
+    fn note_boxes(&self) -> Vec<Placed> {
+        let plot = [
             f64::from(self.size[0]) - f64::from(MARGIN + RIGHT_MARGIN + Y_LABELS),
             f64::from(self.size[1]) - f64::from(2 * MARGIN + X_LABELS),
         ];
-        let mut taken: Vec<[f64; 4]> = Vec::new();
-        let mut offsets = Vec::new();
-        for note in &self.notes {
-            let at = [
-                self.x.place(note.at[0]) * width,
-                (1.0 - self.y.place(note.at[1])) * height,
-            ];
-            let length = LETTER_PX * index(note.text.chars().count());
-            let shift = (width + f64::from(RIGHT_MARGIN) - at[0] - length).min(0.0);
-            let free = |down: f64| {
-                let [left, top] = [at[0] + shift, at[1] + down];
-                let box_ = [left, top, left + length, top + LINE_PX];
-                let clear = taken.iter().all(|other| {
-                    box_[0] >= other[2]
-                        || other[0] >= box_[2]
-                        || box_[1] >= other[3]
-                        || other[1] >= box_[3]
-                });
-                (clear && top >= -LINE_PX && box_[3] <= height + LINE_PX).then_some(box_)
-            };
-            let mut steps = (0..8).flat_map(|n| {
-                let step = f64::from(n) * 0.5 * LINE_PX;
-                [step, -step - LINE_PX]
-            });
-            let (down, box_) = steps
-                .find_map(|down| Some((down, free(down)?)))
-                .unwrap_or((0.0, [0.0; 4]));
-            taken.push(box_);
-            offsets.push((zoomed(shift), zoomed(down)));
-        }
-        offsets
+        let at = |[x, y]: [f64; 2]| [self.x.place(x) * plot[0], (1.0 - self.y.place(y)) * plot[1]];
+        let dots = self.series.iter().filter(|s| s.stroke == Stroke::Dots);
+        let mut taken: Vec<Box> = dots
+            .flat_map(|series| &series.points)
+            .chain(self.notes.iter().map(|note| &note.at))
+            .map(|point| Box::around(at(*point), [2.0 * DOT_PX; 2]))
+            .collect();
+        // a front or a path of few points is worth keeping clear, too
+        let lines = self.series.iter().filter(|series| {
+            series.stroke == Stroke::Dashed && series.points.len() <= MOST_CLEARED
+        });
+        taken.extend(lines.flat_map(|series| {
+            series
+                .points
+                .windows(2)
+                .flat_map(|ends| along(at(ends[0]), at(ends[1])))
+        }));
+        self.notes
+            .iter()
+            .map(|note| {
+                let size = [LETTER_PX * index(note.text.trim().chars().count()), LINE_PX];
+                let placed = placed(at(note.at), size, plot, &taken);
+                taken.push(placed.word);
+                if placed.is_led {
+                    taken.extend(along(placed.at, placed.nearest()));
+                }
+                placed
+            })
+            .collect()
+    }
+
+    /// The drawing alone, as the inside of an SVG.
+    pub(crate) fn drawing(&self) -> Result<String, DrawError> {
+        let mut svg = String::new();
+        self.draw(&mut svg)?;
+        Ok(cut_head(&svg, self.size, &self.title))
     }
 
     fn draw(&self, svg: &mut String) -> Result<(), DrawError> {
@@ -240,7 +353,7 @@ impl Chart {
                             .points
                             .iter()
                             .filter(inside)
-                            .map(|p| Circle::new((p[0], p[1]), 2 * ZOOM, style)),
+                            .map(|p| Circle::new((p[0], p[1]), 5 * ZOOM / 2, style)),
                     )
                     .map_err(drawing_error)?;
                 continue;
@@ -263,10 +376,12 @@ impl Chart {
             .draw_series(
                 self.notes
                     .iter()
-                    .zip(self.note_offsets())
-                    .map(|(note, offset)| {
+                    .zip(self.note_boxes())
+                    .map(|(note, placed)| {
+                        let [from, to] = placed.leader();
                         EmptyElement::at((note.at[0], note.at[1]))
-                            + Text::new(note.text.clone(), offset, font(NOTE_PX))
+                            + PathElement::new(vec![from, to], INK.mix(0.5).stroke_width(ZOOM))
+                            + Text::new(note.text.trim().to_owned(), placed.corner(), font(NOTE_PX))
                     }),
             )
             .map_err(drawing_error)?;
@@ -338,30 +453,74 @@ fn clipped(points: &[[f64; 2]], x: &Scale, y: &Scale) -> Vec<Vec<[f64; 2]>> {
 mod tests {
     use super::*;
 
-    #[test]
-    fn words_do_not_lie_on_each_other() {
-        let note = |x: f64, y: f64| Note {
-            text: "a word".to_owned(),
-            at: [x, y],
+    /// A chart of dots with words, in a cloud of the given width (0 to 1) around the middle.
+    fn cloud(count: u32, spread: f64, size: [u32; 2]) -> Chart {
+        let mut seed = 1_u64;
+        let mut place = || {
+            seed = seed
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            let share = f64::from(u32::try_from(seed >> 40).unwrap()) / f64::from(1_u32 << 24);
+            5.0 + 10.0 * spread * (share - 0.5)
         };
-        let chart = Chart {
+        let points: Vec<[f64; 2]> = (0..count).map(|_| [place(), place()]).collect();
+        Chart {
             title: String::new(),
-            x: Scale::linear("x", [0.0, 10.0]),
-            y: Scale::linear("y", [0.0, 10.0]),
-            series: Vec::new(),
-            notes: vec![
-                note(5.0, 5.0),
-                note(5.1, 5.0),
-                note(9.9, 5.0),
-                note(1.0, 9.0),
-            ],
-            size: [560, 360],
-        };
-        let offsets = chart.note_offsets();
-        assert_eq!(offsets[0], (0, 0));
-        assert!(offsets[1].1.abs() > 20, "the second moves: {offsets:?}");
-        assert!(offsets[2].0 < 0, "the third ends at the edge: {offsets:?}");
-        assert_eq!(offsets[3], (0, 0));
+            x: Scale::linear_from("x", [0.0, 10.0]),
+            y: Scale::linear_from("y", [0.0, 10.0]),
+            notes: points
+                .iter()
+                .map(|at| Note {
+                    text: "utm-sky-vertex* 11 %".to_owned(),
+                    at: *at,
+                })
+                .collect(),
+            series: vec![Series::new("dots", 0, points).stroked(Stroke::Dots)],
+            size,
+        }
+    }
+
+    #[test]
+    fn d_no_word_of_a_chart_is_cut_or_lies_on_another() {
+        for (count, spread, size) in [
+            (1, 0.0, [360, 260]),
+            (16, 1.0, [900, 460]),
+            (16, 0.2, [900, 460]),
+            (16, 0.02, [900, 460]),
+            (16, 1.0, [445, 330]),
+            (16, 0.3, [445, 330]),
+            (16, 0.05, [560, 360]),
+            (5, 1.0, [360, 260]),
+        ] {
+            let chart = cloud(count, spread, size);
+            let case = format!("{count} words, spread {spread}, {size:?}");
+            let plot = [f64::from(size[0] - 72), f64::from(size[1] - 46)];
+            let words: Vec<Box> = chart.note_boxes().iter().map(|p| p.word).collect();
+            assert_eq!(words.len(), count as usize);
+            for (i, word) in words.iter().enumerate() {
+                assert!(word.is_within(plot), "{case}: {word:?} is cut");
+                for other in &words[..i] {
+                    assert!(!word.lies_on(other), "{case}: {word:?} on {other:?}");
+                }
+                for at in &chart.series[0].points {
+                    let dot = [at[0] / 10.0 * plot[0], (1.0 - at[1] / 10.0) * plot[1]];
+                    assert!(
+                        !word.lies_on(&Box::around(dot, [4.0; 2])),
+                        "{case}: on a dot"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_word_far_from_its_dot_is_led_to_it() {
+        let chart = cloud(16, 0.02, [560, 360]);
+        let placed = chart.note_boxes();
+        assert!(!placed[0].is_led && placed.iter().any(|p| p.is_led));
+        for p in placed.iter().filter(|p| p.is_led) {
+            assert_ne!(p.leader()[1], (0, 0));
+        }
     }
 
     #[test]

@@ -9,6 +9,7 @@ pub mod number;
 pub mod page;
 pub mod png;
 mod scale;
+pub mod sheet;
 mod svg;
 
 pub use scale::Scale;

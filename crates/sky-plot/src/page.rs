@@ -63,16 +63,18 @@ figcaption{font-size:13px;margin-bottom:4px}
 .bar i{display:inline-block;width:220px;height:12px;border-radius:3px}
 .scroll{overflow-x:auto;margin:8px 0 14px}
 table{border-collapse:collapse;font-size:13.5px;background:var(--card);border:1px solid var(--line)}
-th,td{padding:5px 11px;text-align:left;border-bottom:1px solid var(--line);vertical-align:top}
-th{white-space:nowrap;font-weight:600;color:var(--soft);border-bottom:2px solid var(--line)}
-td.n,th.n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}
+th,td{padding:5px 8px;text-align:left;border-bottom:1px solid var(--line);vertical-align:top}
+th{font-weight:600;color:var(--soft);border-bottom:2px solid var(--line)}
+td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}
+td.n{white-space:nowrap}
 tr:last-child td{border-bottom:0}
 .good{color:var(--good);font-weight:600}
 .bad{color:var(--bad);font-weight:600}
 .skies{width:100%}
 .skies h3{margin:18px 0 6px}
-.triple{padding:8px}
-.triple img{display:inline-block;width:168px;max-width:31%;height:auto;vertical-align:top;border-radius:50%;box-shadow:0 0 0 1px var(--line);margin:1px}
+.triple{padding:8px;background:#2a2e35;border-color:#2a2e35}
+.triple figcaption{color:#c9ced6}
+.triple img{display:inline-block;width:168px;max-width:31%;height:auto;vertical-align:top;border-radius:50%;margin:1px}
 .triple figcaption{margin:0 0 4px}
 code{font-size:13px;overflow-wrap:anywhere}
 ";

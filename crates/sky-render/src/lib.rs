@@ -9,8 +9,9 @@ pub mod pixels;
 pub mod published;
 pub mod shot;
 pub mod stage;
+mod sun_disc;
 pub mod terrain;
 
 pub use camera::{clip, facing, looking, world_direction};
-pub use pixels::{Pixels, file_bytes};
+pub use pixels::{Pixels, file_bytes, file_bytes_with_comment};
 pub use shot::{GROUND_ALBEDO, Painter, Scenery, Shot, draw_on_cpu};

@@ -3,6 +3,7 @@
 use std::io::Cursor;
 
 use anyhow::Result;
+use exr::prelude::{Image, SpecificChannels, Text, Vec2, WritableImage as _};
 use image::{ExtendedColorType, ImageEncoder as _};
 use sky_core::tonemap::{Tone, dither, encoded, tone_mapped};
 
@@ -58,6 +59,38 @@ pub fn developed(lights: Vec<[f32; 3]>, width: u32, tone: Option<Tone>, exposure
 )]
 pub fn byte(value: f32) -> u8 {
     (value * 255.0).round().clamp(0.0, 255.0) as u8
+}
+
+/// The same with a comment in ASCII for those who open the file.
+///
+/// # Errors
+/// When the picture cannot be encoded.
+pub fn file_bytes_with_comment(
+    pixels: &Pixels,
+    [width, height]: [u32; 2],
+    comment: &str,
+) -> Result<Vec<u8>> {
+    let mut out = Cursor::new(Vec::new());
+    match pixels {
+        Pixels::Srgb8(bytes) => {
+            let mut encoder = png::Encoder::new(&mut out, width, height);
+            encoder.set_color(png::ColorType::Rgb);
+            encoder.set_depth(png::BitDepth::Eight);
+            encoder.add_text_chunk("Comment".to_owned(), comment.to_owned())?;
+            encoder.write_header()?.write_image_data(bytes)?;
+        }
+        Pixels::Linear(values) => {
+            let size = [width, height].map(|side| side as usize);
+            let channels = SpecificChannels::rgb(|place: Vec2<usize>| {
+                let first = 3 * (place.y() * size[0] + place.x());
+                (values[first], values[first + 1], values[first + 2])
+            });
+            let mut image = Image::from_channels((size[0], size[1]), channels);
+            image.layer_data.attributes.comments = Text::new_or_none(comment);
+            image.write().to_buffered(&mut out)?;
+        }
+    }
+    Ok(out.into_inner())
 }
 
 /// The bytes of a PNG or EXR file.

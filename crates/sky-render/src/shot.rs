@@ -5,18 +5,20 @@ use glam::Vec3;
 use rayon::prelude::*;
 use sky_core::conditions::Conditions;
 use sky_core::haze::Haze;
+use sky_core::light::SunDisc;
 use sky_core::picture::Picture;
 use sky_core::quantity::Angle;
 use sky_core::tonemap::{Tone, exposure_from_ev100};
 use sky_core::utm_sky::UtmSky;
 use sky_gpu::headless::{Headless, check_size};
 use sky_gpu::{
-    Camera, Dome, Exposure, FrameSettings, Output, SkyRenderer, SkyRendererOptions, Tier, View,
-    auto_ev100,
+    Camera, Dome, Exposure, FrameSettings, Output, Projection, SkyRenderer, SkyRendererOptions,
+    Tier, View, auto_ev100,
 };
 
 use crate::camera::{clip, world_direction};
 use crate::pixels::{Pixels, bytes_of, developed, floats_of};
+use crate::sun_disc::{Panorama, spread_sun};
 use crate::terrain::{SceneBuffers, lowest_eye, terrain};
 
 /// Albedo of the ground of the default table.
@@ -56,6 +58,8 @@ pub struct Shot {
     pub tone: Option<Tone>,
     /// How the GPU draws the sky.
     pub tier: Tier,
+    /// Whether the sun's disc is drawn.
+    pub sun_disc: bool,
     /// What stands under the sky.
     pub scenery: Scenery,
     /// Whether the air between camera and scene is drawn.
@@ -87,7 +91,7 @@ impl Shot {
             sun: world_direction(self.sun_azimuth, elevation),
             up: Vec3::Z,
             ground_albedo: GROUND_ALBEDO,
-            sun_disc: true,
+            sun_disc: self.sun_disc && !self.spreads_sun(),
             exposure: match (self.tone, self.ev100) {
                 (None, _) => Exposure::None,
                 (_, Some(ev100)) => Exposure::Ev100(ev100),
@@ -95,6 +99,24 @@ impl Shot {
             },
             tone: self.tone,
             ..FrameSettings::default()
+        }
+    }
+
+    /// Whether the sun's disc is spread over the pixels that it touches after all else is drawn, so
+    /// that a picture of light holds all of it: panoramas whose pixels are larger than the disc.
+    #[must_use]
+    pub fn spreads_sun(&self) -> bool {
+        self.sun_disc
+            && self.tone.is_none()
+            && self.camera.projection == Projection::Equirectangular
+    }
+
+    /// The picture that the sun's disc is spread over.
+    pub(crate) fn panorama(&self) -> Panorama {
+        Panorama {
+            size: self.size,
+            view_from_world: self.camera.view_from_world,
+            axes: self.frame().local_axes(),
         }
     }
 
@@ -112,14 +134,18 @@ impl Shot {
 pub fn draw_on_cpu(sky: &UtmSky, shot: &Shot) -> Result<Pixels> {
     check_size(shot.size)?;
     let [width, height] = shot.size;
-    let picture = Picture::new(sky, &shot.standing(), GROUND_ALBEDO)?;
+    let whole = Picture::new(sky, &shot.standing(), GROUND_ALBEDO)?;
+    let mut picture = whole.clone();
+    if !shot.frame().sun_disc {
+        picture.sun = SunDisc::default();
+    }
     let axes = shot.frame().local_axes();
     let scene = scene_buffers(&picture, shot, axes);
     let exposure = match (shot.tone, shot.ev100) {
         (None, _) => 1.0,
         (_, ev100) => exposure_from_ev100(ev100.unwrap_or_else(|| auto_ev100(&picture))),
     };
-    let lights: Vec<[f32; 3]> = (0..height)
+    let mut lights: Vec<[f32; 3]> = (0..height)
         .into_par_iter()
         .flat_map_iter(|y| (0..width).map(move |x| (x, y)))
         .map(|(x, y)| {
@@ -140,6 +166,14 @@ pub fn draw_on_cpu(sky: &UtmSky, shot: &Shot) -> Result<Pixels> {
             )
         })
         .collect();
+    if shot.spreads_sun() {
+        spread_sun(
+            lights.as_flattened_mut(),
+            &shot.panorama(),
+            &whole,
+            scene.as_ref(),
+        );
+    }
     Ok(developed(lights, shot.size[0], shot.tone, exposure))
 }
 
@@ -214,12 +248,15 @@ impl Painter {
                     .collect(),
             )
         } else {
-            Pixels::Linear(
-                floats_of(&bytes)
-                    .chunks_exact(4)
-                    .flat_map(|p| [p[0], p[1], p[2]])
-                    .collect(),
-            )
+            let mut lights: Vec<f32> = floats_of(&bytes)
+                .chunks_exact(4)
+                .flat_map(|p| [p[0], p[1], p[2]])
+                .collect();
+            if shot.spreads_sun() {
+                let whole = Picture::new(&self.sky, &shot.standing(), GROUND_ALBEDO)?;
+                spread_sun(&mut lights, &shot.panorama(), &whole, scene.as_ref());
+            }
+            Pixels::Linear(lights)
         })
     }
 }

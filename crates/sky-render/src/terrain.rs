@@ -261,6 +261,7 @@ mod tests {
             tone: None,
             tier: Tier::Fragment,
             scenery: Scenery::Terrain,
+            sun_disc: true,
             aerial: true,
         };
         let picture = Picture::new(&sky, &shot.standing(), GROUND_ALBEDO).expect("in the domain");

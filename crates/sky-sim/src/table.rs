@@ -16,6 +16,14 @@ pub enum TableError {
         /// The columns that were expected.
         expected: String,
     },
+    /// A spreadsheet's separator.
+    #[error("{file}:{line}: expected commas between the cells, found semicolons")]
+    Semicolons {
+        /// Name of the file.
+        file: String,
+        /// Line of the header.
+        line: u64,
+    },
     /// A required column is absent.
     #[error("{file}:{line}: column {column}: expected in the header, found only {found}")]
     MissingColumn {
@@ -256,6 +264,19 @@ fn stem(name: &str) -> &str {
         .unwrap_or(name)
 }
 
+/// The line of a record. The reader says where it began to look for it, before comments and blank lines.
+fn line_of(text: &str, record: &csv::StringRecord) -> u64 {
+    let Some(position) = record.position() else {
+        return 1;
+    };
+    let start = usize::try_from(position.byte()).unwrap_or(text.len());
+    let rest = text.get(start..).unwrap_or_default();
+    let skipped = rest
+        .split('\n')
+        .take_while(|line| line.starts_with('#') || line.trim_end_matches('\r').is_empty());
+    position.line() + u64::try_from(skipped.count()).unwrap_or(0)
+}
+
 fn names(specs: &[ColumnSpec]) -> String {
     specs.iter().map(|s| s.name).collect::<Vec<_>>().join(", ")
 }
@@ -309,14 +330,20 @@ impl Table {
         // one come nevertheless, the file ends there and the row count speaks.
         let mut records = reader.records().map_while(Result::ok);
         let header = records.next().ok_or_else(empty)?;
-        let header_line = header.position().map_or(1, csv::Position::line);
+        let header_line = line_of(text, &header);
         let found: Vec<String> = header.iter().map(str::to_lowercase).collect();
+        if found.len() == 1 && found[0].contains(';') {
+            return Err(TableError::Semicolons {
+                file: file.to_owned(),
+                line: header_line,
+            });
+        }
         let place = Self::places(file, header_line, &found, specs, passes_over_others)?;
         let mut columns: Vec<Option<Vec<f64>>> =
             place.iter().map(|p| p.map(|_| Vec::new())).collect();
         let mut lines = Vec::new();
         for record in records {
-            let line = record.position().map_or(header_line, csv::Position::line);
+            let line = line_of(text, &record);
             if record.len() != found.len() {
                 return Err(TableError::RaggedRow {
                     file: file.to_owned(),
@@ -527,6 +554,22 @@ mod tests {
             (9.0, 0.0),
         ] {
             assert!((interpolate(&x, &y, at) - want).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn c_an_error_names_its_own_line_below_comments() {
+        let specs = [ColumnSpec::required("a", [0.0, 9.0])];
+        for end in ["\n", "\r\n"] {
+            let text = "# c\n# c\na\n1\n\n# c\nx\n".replace('\n', end);
+            let error = Table::read("f", &text, &specs, 1).unwrap_err().to_string();
+            assert!(error.starts_with("f:7: column a"), "{end:?}: {error}");
+            let text = "# c\n\nb\n1\n".replace('\n', end);
+            let error = Table::read("f", &text, &specs, 1).unwrap_err().to_string();
+            assert!(error.starts_with("f:3: column b"), "{end:?}: {error}");
+            let text = "a\n1\nx\n".replace('\n', end);
+            let error = Table::read("f", &text, &specs, 1).unwrap_err().to_string();
+            assert!(error.starts_with("f:3: column a"), "{end:?}: {error}");
         }
     }
 }

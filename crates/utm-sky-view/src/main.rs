@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Result, anyhow, bail};
-use sky_cli::args::SceneKind;
+use sky_cli::args::{SceneKind, TierKind};
 use sky_cli::commands::view::{ViewArgs, ViewCli};
-use sky_cli::io::files::{EXIT_FAILURE, OutputFile, clean_up_on_interrupt};
+use sky_cli::io::files::{EXIT_FAILURE, OutputFile, clean_up_on_interrupt, has_extension};
 use sky_cli::io::lut::{load, source_name};
+use sky_core::conditions::{Conditions, Domain};
 use sky_core::haze::Haze;
 use sky_core::lut::LutHeader;
 use sky_core::quantity::{Angle, Length};
@@ -40,7 +41,7 @@ fn main() -> ExitCode {
 /// Opens the window, and writes the last frame where that was asked for.
 fn fly(args: &ViewArgs) -> Result<()> {
     if let Some(path) = &args.screenshot
-        && path.extension().is_none_or(|e| e != "png")
+        && !has_extension(path, "png")
     {
         bail!(
             "--screenshot: expected a name ending in .png, found {}",
@@ -54,8 +55,13 @@ fn fly(args: &ViewArgs) -> Result<()> {
         .as_deref()
         .map(OutputFile::create)
         .transpose()?;
+    let controls = controls(args, sky.lut().header())?;
+    if args.screenshot.is_some() {
+        // the picture is without what the window says over it
+        check(args, &controls, sky.domain()).map_err(|e| anyhow!("{source}: {e}"))?;
+    }
     let picture = run(Start {
-        controls: controls(args, sky.lut().header())?,
+        controls,
         sky,
         size: args.size,
         adapter: args.adapter.clone(),
@@ -91,6 +97,21 @@ fn write(path: &Path, picture: &Screenshot) -> Result<()> {
     Ok(())
 }
 
+/// Whether the flight starts inside the table's domain.
+fn check(args: &ViewArgs, controls: &Controls, domain: &Domain) -> Result<()> {
+    let (word, value) = controls.haze;
+    let conditions = Conditions::new(
+        Length::from_km(controls.flight.altitude_km),
+        word.haze(value),
+        controls.sun.position()?.zenith,
+    )?;
+    domain.check(&conditions).map_err(|outside| {
+        let haze = args.haze.haze(args.angstrom_alpha);
+        haze.map_or(outside, |haze| outside.in_words_of(haze))
+            .into()
+    })
+}
+
 /// Where the flight starts. What the arguments leave open lies inside the table's domain.
 fn controls(args: &ViewArgs, header: &LutHeader) -> Result<Controls> {
     let domain = &header.domain;
@@ -122,7 +143,7 @@ fn controls(args: &ViewArgs, header: &LutHeader) -> Result<Controls> {
             .tier
             .map(Tier::from)
             .or_else(|| Tier::planned(header))
-            .unwrap_or(Tier::Fragment),
+            .unwrap_or_else(|| TierKind::default().into()),
         tone: args.tone.into(),
         ev100: args.ev100.0,
         terrain: args.scenery == SceneKind::Terrain,
@@ -137,6 +158,8 @@ fn controls(args: &ViewArgs, header: &LutHeader) -> Result<Controls> {
 
 /// The sun of the arguments; where they leave it open, `zenith_deg` from the zenith.
 fn sun(args: &ViewArgs, zenith_deg: f64) -> Sun {
+    let up = args.sun_elevation_deg;
+    let asked = args.sun_zenith_deg.or(up.map(|up| 90.0 - up));
     match (args.date, args.place) {
         (Some(date), Some([latitude, longitude])) => Sun::Clock {
             time: UtcTime {
@@ -151,7 +174,7 @@ fn sun(args: &ViewArgs, zenith_deg: f64) -> Sun {
             hours_per_s: 0.0,
         },
         _ => Sun::Angles(SunPosition {
-            zenith: Angle::from_degrees(args.sun_zenith_deg.unwrap_or(zenith_deg)),
+            zenith: Angle::from_degrees(asked.unwrap_or(zenith_deg)),
             azimuth: Angle::from_degrees(args.sun_azimuth_deg.rem_euclid(360.0)),
         }),
     }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::{ArgGroup, Args};
-use sky_core::quantity::{Angle, Length};
+use sky_core::quantity::Length;
 use sky_eval::profiles::solar_on_grid;
 use sky_sim::smarts::{BeamOverrides, DirectBeam};
 
@@ -66,7 +66,7 @@ pub fn run(args: &BeamArgs) -> Result<()> {
     let out = OutputFile::create(&args.out)?;
     let irradiance = beam.normal_irradiance(
         Length::from_km(args.place.altitude_km),
-        Angle::from_degrees(args.place.sun_zenith_deg),
+        args.place.sun_zenith(),
         &solar,
     )?;
     out.commit(irradiance_csv(&settings.wavelength_nm, &irradiance).as_bytes())?;

@@ -84,7 +84,7 @@ pub fn run(args: &ChartArgs) -> Result<()> {
     let rows = rows(measured, &cases, &timed(), &bars)?;
     csv_file.commit(page::csv(&rows, &adapter)?.as_bytes())?;
     let panels = page::panels(&rows)?;
-    svg_file.commit(page::sheet(&panels).as_bytes())?;
+    svg_file.commit(page::sheet(&rows)?.as_bytes())?;
     let offline = match offline {
         Some((file, points)) => {
             file.commit(offline::csv(&points)?.as_bytes())?;

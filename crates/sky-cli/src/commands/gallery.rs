@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
+use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster};
 use sky_core::color::{LinearSrgb, linear_srgb_from_xyz, xyz_from_yxy};
 use sky_core::direction::SkyDirection;
 use sky_core::picture::Picture;
@@ -32,7 +33,7 @@ use crate::io::progress::Bars;
 #[command(after_help = "Example:
   utm-sky gallery --out gallery
 
-Writes gallery.png, one contact sheet, and gallery.html, the same with captions.")]
+Writes gallery.png, one contact sheet with captions, and gallery.html, the same as a page.")]
 pub struct GalleryArgs {
     /// Look-up table: a .utmlut file, a plan (.toml), which is baked first, or the built-in one
     #[arg(long, value_name = "FILE|embedded", default_value = "embedded", value_parser = lut_source)]
@@ -51,6 +52,9 @@ const SIZE: [u32; 2] = [400, 225];
 const COLUMNS: u32 = 3;
 /// Pixels between panels.
 const GAP: u32 = 6;
+/// Pixels below a panel for its caption, two lines.
+const CAPTION: u32 = 2 * LINE + 6;
+const LINE: u32 = 18;
 
 /// One panel: figure, caption, altitude \[km\], turbidity, sun zenith \[deg\], where the camera looks
 /// from the sun (azimuth, elevation) \[deg\], vertical field of view \[deg\].
@@ -254,7 +258,7 @@ pub fn run(args: &GalleryArgs) -> Result<()> {
     let rows = u32::try_from(PANELS.len())?.div_ceil(COLUMNS);
     let size = [
         COLUMNS * (SIZE[0] + GAP) + GAP,
-        rows * (SIZE[1] + GAP) + GAP,
+        rows * (SIZE[1] + CAPTION + GAP) + GAP,
     ];
     let mut sheet = vec![255_u8; 3 * (size[0] * size[1]) as usize];
     let mut figures = String::new();
@@ -269,10 +273,18 @@ pub fn run(args: &GalleryArgs) -> Result<()> {
         };
         let corner = [
             GAP + i % COLUMNS * (SIZE[0] + GAP),
-            GAP + i / COLUMNS * (SIZE[1] + GAP),
+            GAP + i / COLUMNS * (SIZE[1] + CAPTION + GAP),
         ];
         paste(&mut sheet, size[0], &pixels, corner);
         let [altitude, turbidity, sun] = panel.place;
+        let words = [
+            format!("{} {}", panel.figure, panel.caption),
+            format!("    {altitude} km, T {turbidity}, sun {sun}°"),
+        ];
+        for (line, words) in (0..).zip(&words) {
+            let top = corner[1] + SIZE[1] + 3 + line * LINE;
+            write(&mut sheet, size[0], words, [corner[0], top]);
+        }
         writeln!(
             figures,
             "<figure><img src=\"{}\" alt=\"\"><figcaption>Figure {}: {}. {altitude} km, T {turbidity}, \
@@ -314,6 +326,7 @@ fn shot(panel: &Panel) -> Shot {
         ev100: None,
         tone: Some(Tone::Neutral),
         tier: Tier::Fragment,
+        sun_disc: true,
         scenery: match panel.kind {
             Kind::Terrain | Kind::BareTerrain => Scenery::Terrain,
             Kind::Sky | Kind::WithoutOzone => Scenery::None,
@@ -360,6 +373,23 @@ fn without_ozone(sky: &UtmSky, shot: &Shot) -> Result<Pixels> {
     ))
 }
 
+/// Writes a line into the sheet, dark on white.
+fn write(sheet: &mut [u8], width: u32, words: &str, [left, top]: [u32; 2]) {
+    let letters = words
+        .chars()
+        .filter_map(|c| get_raster(c, FontWeight::Regular, RasterHeight::Size16));
+    let mut x = left;
+    for letter in letters {
+        for (y, row) in (top..).zip(letter.raster()) {
+            for (x, ink) in (x..).zip(*row) {
+                let start = 3 * (y * width + x) as usize;
+                sheet[start..start + 3].fill(255 - ink);
+            }
+        }
+        x += u32::try_from(letter.width()).unwrap_or(0);
+    }
+}
+
 /// Copies a panel into the sheet.
 fn paste(sheet: &mut [u8], width: u32, pixels: &Pixels, [left, top]: [u32; 2]) {
     let Pixels::Srgb8(bytes) = pixels else {
@@ -369,5 +399,27 @@ fn paste(sheet: &mut [u8], width: u32, pixels: &Pixels, [left, top]: [u32; 2]) {
     for (y, line) in (top..).zip(bytes.chunks_exact(row)) {
         let start = 3 * (y * width + left) as usize;
         sheet[start..start + row].copy_from_slice(line);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn d_every_caption_fits_below_its_panel() {
+        for panel in &PANELS {
+            let words = format!("{} {}", panel.figure, panel.caption);
+            let letters: Vec<_> = words
+                .chars()
+                .map(|c| {
+                    get_raster(c, FontWeight::Regular, RasterHeight::Size16)
+                        .unwrap_or_else(|| panic!("{c:?} cannot be written"))
+                })
+                .collect();
+            let width: usize = letters.iter().map(|letter| letter.width()).sum();
+            assert!(width <= SIZE[0] as usize, "{words}: {width} px");
+            assert!(letters.iter().all(|l| l.height() <= LINE as usize));
+        }
     }
 }

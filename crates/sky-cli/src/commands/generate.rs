@@ -12,7 +12,7 @@ use sky_eval::truth::{DEFAULT_GROUND_ALBEDO, SmartsSkyModel, TransportSky};
 use sky_fit::sweep::Grid;
 use sky_sim::optics::OpticsSettings;
 
-use crate::args::Engine;
+use crate::args::{Engine, profile_help};
 use crate::io::files::{OutputFile, create_directory, print, read_text};
 use crate::io::plan::load_plan;
 use crate::io::profile::load_profile;
@@ -44,12 +44,12 @@ fn grid_choice(text: &str) -> Result<GridChoice, &'static str> {
 #[command(after_help = "Examples:
   utm-sky generate
   utm-sky generate --grid seed --engine smarts --out my-sky
-  utm-sky generate --plan plan.toml --out runway
 
-A plan's table comes without a report: utm-sky plan --verify measures it on its own scene.")]
+A plan that utm-sky plan runway_noon --out plan.toml made: utm-sky generate --plan plan.toml --out runway.
+Its table comes without a report: utm-sky plan --verify measures it on its own scene.")]
 pub struct GenerateArgs {
     /// Profile of the atmosphere: a CSV file or the name of a shipped one
-    #[arg(long, value_name = "CSV|NAME", default_value = "general")]
+    #[arg(long, value_name = "CSV|NAME", default_value = "general", help = profile_help())]
     pub profile: PathBuf,
     /// Plan of `utm-sky plan`, instead of a grid
     #[arg(long, value_name = "TOML", conflicts_with_all = ["grid", "engine", "profile"])]

@@ -15,8 +15,8 @@ use crate::io::lut::{load, source_name};
 /// `utm-sky lut`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  utm-sky lut info target/utm-sky/sky.utmlut
-  utm-sky lut export target/utm-sky/sky.utmlut --csv coefficients.csv")]
+  utm-sky lut info embedded
+  utm-sky lut export embedded --out coefficients.csv")]
 pub struct LutArgs {
     /// What to do with the table.
     #[command(subcommand)]
@@ -28,7 +28,7 @@ pub struct LutArgs {
 pub enum LutCommand {
     /// Print what the table says about itself
     #[command(after_help = "Example:
-  utm-sky lut info target/utm-sky/sky.utmlut")]
+  utm-sky lut info embedded")]
     Info {
         /// Look-up table: a .utmlut file, a plan (.toml) or the word embedded
         #[arg(value_name = "FILE|embedded", value_parser = lut_source)]
@@ -36,14 +36,14 @@ pub enum LutCommand {
     },
     /// Write the coefficients in the layout of the report's Appendix A
     #[command(after_help = "Example:
-  utm-sky lut export target/utm-sky/sky.utmlut --csv coefficients.csv")]
+  utm-sky lut export embedded --out coefficients.csv")]
     Export {
         /// Look-up table: a .utmlut file, a plan (.toml) or the word embedded
         #[arg(value_name = "FILE|embedded", value_parser = lut_source)]
         lut: LutSource,
         /// The coefficients
-        #[arg(long, value_name = "CSV")]
-        csv: PathBuf,
+        #[arg(long, value_name = "CSV", alias = "csv")]
+        out: PathBuf,
     },
 }
 
@@ -56,9 +56,9 @@ pub fn run(args: &LutArgs) -> Result<()> {
         LutCommand::Info { lut } => {
             print(&info(&source_name(lut), &load(lut)?))?;
         }
-        LutCommand::Export { lut, csv } => {
+        LutCommand::Export { lut, out } => {
             let lut = load(lut)?;
-            OutputFile::create(csv)?.commit(lut.to_csv_string().as_bytes())?;
+            OutputFile::create(out)?.commit(lut.to_csv_string().as_bytes())?;
         }
     }
     Ok(())

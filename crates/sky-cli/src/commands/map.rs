@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow, bail};
 use clap::{ArgGroup, Args};
-use sky_core::quantity::{Angle, Length};
+use sky_core::quantity::Length;
 use sky_eval::engine::{self, Air, Scene};
 use sky_eval::profiles::solar_on_grid;
 use sky_science::cie::ColorWeights;
@@ -12,13 +12,11 @@ use sky_science::spectrum::Spectrum;
 use sky_sim::optics::OpticalProfile;
 use sky_sim::solar::SolarSpectrum;
 
-use crate::args::{
-    AnyPlaceArgs, AtmosphereArgs, DIRECTIONS_HELP, Defaults, Engine, HazeArgs, conditions, within,
-};
+use crate::args::{AnyPlaceArgs, AtmosphereArgs, Defaults, Engine, HazeArgs, conditions, within};
 use crate::io::files::{OutputFile, read_text};
 use crate::io::model;
 use crate::io::profile::load_profile;
-use crate::io::table::{DirectionTable, spectral_map_csv, yxy_map_csv};
+use crate::io::table::{DirectionArgs, spectral_map_csv, yxy_map_csv};
 
 /// `utm-sky map`.
 #[derive(Debug, Args)]
@@ -27,11 +25,13 @@ use crate::io::table::{DirectionTable, spectral_map_csv, yxy_map_csv};
         .args(["turbidity", "aod500", "visual_range_km", "angstrom_beta", "optics"])),
     after_help = "Examples:
   utm-sky map --altitude-km 6 --turbidity 2 --sun-zenith-deg 60 --out map.csv
-  utm-sky map --altitude-km 100 --turbidity 2 --sun-zenith-deg 40 --directions limb.csv --out map.csv
+  utm-sky map --altitude-km 100 --turbidity 2 --sun-zenith-deg 40 --direction 100,0 --out m.csv
   utm-sky map --altitude-km 0 --aod500 0.1 --sun-zenith-deg 85 --engine smarts --yxy --out sky.csv
   utm-sky map --model nishita --altitude-km 0 --turbidity 2 --sun-zenith-deg 85 --yxy --out map.csv
-  utm-sky map --altitude-km 9 --optics optics.csv --solar solar.csv --depolarization 0 \\
-      --sun-zenith-deg 92 --albedo 0.1 --out map.csv"
+
+With what utm-sky optics --turbidity 2 --out optics.csv --solar solar.csv made, or another program in
+its format: utm-sky map --altitude-km 9 --optics optics.csv --solar solar.csv --depolarization 0
+--sun-zenith-deg 92 --albedo 0.1 --out map.csv"
 )]
 pub struct MapArgs {
     /// Observer and sun.
@@ -46,11 +46,13 @@ pub struct MapArgs {
     pub engine: Engine,
     /// A sky of `utm-sky models` in place of the table's
     #[arg(long, value_name = "NAME", requires = "yxy",
-          conflicts_with_all = ["engine", "optics", "albedo"])]
+          conflicts_with_all = ["engine", "optics", "albedo", "profile", "constituents",
+                                "wavelength_step_nm", "single_scattering_albedo", "asymmetry",
+                                "scale_height_km", "depolarization"])]
     pub model: Option<String>,
-    /// Directions of view, azimuth 0 facing the sun; without it the zenith and nine rings of 30
-    #[arg(long, value_name = "CSV", help = DIRECTIONS_HELP)]
-    pub directions: Option<PathBuf>,
+    /// Directions of view.
+    #[command(flatten)]
+    pub directions: DirectionArgs,
     /// Write luminance and chromaticity instead of spectral radiance
     #[arg(long)]
     pub yxy: bool,
@@ -91,7 +93,7 @@ struct Inputs {
 /// # Errors
 /// When an input is wrong, the engine gives up or the output cannot be written.
 pub fn run(args: &MapArgs) -> Result<()> {
-    let directions = DirectionTable::read_or_report(args.directions.as_deref())?;
+    let directions = args.directions.table()?;
     if let Some(model) = &args.model {
         let haze = args.haze.haze(args.atmosphere.angstrom_alpha);
         let map = model::map(model, &conditions(&args.place.into(), haze)?, &directions)?;
@@ -118,7 +120,7 @@ pub fn run(args: &MapArgs) -> Result<()> {
     let out = OutputFile::create(&args.out)?;
     let scene = Scene {
         observer_altitude: Length::from_km(args.place.altitude_km),
-        sun_zenith: Angle::from_degrees(args.place.sun_zenith_deg),
+        sun_zenith: args.place.sun_zenith(),
         ground_albedo: args.albedo,
     };
     let ratio = match args.engine {

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::{Result, anyhow};
@@ -14,9 +15,9 @@ use sky_plan::explain::explain;
 use sky_plan::{plan_scene, verified};
 
 use crate::args::{LutSource, lut_source};
-use crate::io::files::{OutputFile, print};
+use crate::io::files::{EXIT_NOT_MET, OutputFile, is_standard_output, print};
 use crate::io::lut::load;
-use crate::io::plan::{load_plan, load_scene};
+use crate::io::plan::{SCENES, load_plan, load_scene};
 use crate::io::profile::load_profile;
 use crate::io::progress::Bars;
 
@@ -32,22 +33,34 @@ fn part() -> impl TypedValueParser<Value = Part> {
     })
 }
 
+/// Help of the scene, with the names of the shipped ones.
+fn scene_help() -> String {
+    let names: Vec<&str> = SCENES.iter().map(|[name, _]| *name).collect();
+    format!(
+        "The scene, ranges, tolerance and budget: a TOML file (see profiles/scenes/README.md) or the name \
+         of a shipped one ({})",
+        names.join(", ")
+    )
+}
+
 /// `utm-sky plan`.
 #[derive(Debug, Args)]
 #[command(
     group(ArgGroup::new("task").required(true).args(["scene", "verify", "ledger"])),
     after_help = "Examples:
-  utm-sky plan profiles/scenes/runway_noon.toml --out plan.toml
-  utm-sky plan profiles/scenes/airliner_dusk.toml --explain ozone
+  utm-sky plan runway_noon --out plan.toml
+  utm-sky plan airliner_dusk --explain ozone
   utm-sky plan --verify plan.toml --cases 500 --seed 1
   utm-sky plan --ledger --out ledger.csv
 
 Errors are 95th percentiles over the directions of cases that were not fitted, against the transport
-engine with every constituent; the sun's 5 degrees are left out."
+engine with every constituent; the sun's 5 degrees are left out. Exit status of --verify: 0 where the
+tolerance is met, 1 where it is not."
 )]
 pub struct PlanArgs {
-    /// The scene: ranges, tolerance and budget (see profiles/scenes/README.md)
-    #[arg(value_name = "SCENE.toml")]
+    /// The scene, ranges, tolerance and budget: a TOML file (see profiles/scenes/README.md) or the name
+    /// of a shipped one
+    #[arg(value_name = "SCENE.toml|NAME", help = scene_help())]
     pub scene: Option<PathBuf>,
     /// The plan; without it plan.toml. With --ledger the ledger as CSV
     #[arg(long, value_name = "FILE")]
@@ -77,7 +90,7 @@ pub struct PlanArgs {
 ///
 /// # Errors
 /// When an input is wrong, the tolerance cannot be met or a file cannot be written.
-pub fn run(args: &PlanArgs) -> Result<()> {
+pub fn run(args: &PlanArgs) -> Result<ExitCode> {
     let bars = Bars::new();
     if let Some(path) = &args.verify {
         return verify(args, path, &bars);
@@ -88,8 +101,17 @@ pub fn run(args: &PlanArgs) -> Result<()> {
         if let Some(out) = out {
             out.commit(csv.as_bytes())?;
         }
-        return Ok(print(&text)?);
+        if !args.out.as_deref().is_some_and(is_standard_output) {
+            print(&text)?;
+        }
+        return Ok(ExitCode::SUCCESS);
     };
+    plan(args, path, &bars)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Plans a scene, or explains what it loses without a term.
+fn plan(args: &PlanArgs, path: &Path, bars: &Bars) -> Result<()> {
     let scene = load_scene(path)?;
     let profile = load_profile(&scene.profile)?;
     let out = args.out.as_deref().unwrap_or(Path::new("plan.toml"));
@@ -108,6 +130,9 @@ pub fn run(args: &PlanArgs) -> Result<()> {
     let planned = plan_scene(&scene, &profile).map_err(|e| anyhow!("{}: {e}", path.display()))?;
     bars.end();
     file.commit(planned.plan.to_toml()?.as_bytes())?;
+    if is_standard_output(out) {
+        return Ok(());
+    }
     let mut report = planned.report()?;
     writeln!(
         report,
@@ -118,7 +143,8 @@ pub fn run(args: &PlanArgs) -> Result<()> {
     Ok(print(&report)?)
 }
 
-fn verify(args: &PlanArgs, path: &Path, bars: &Bars) -> Result<()> {
+/// Measures a plan's table; the status says whether the tolerance is met.
+fn verify(args: &PlanArgs, path: &Path, bars: &Bars) -> Result<ExitCode> {
     let (plan, profile) = load_plan(path)?;
     bars.begin("verifying", None);
     let lut = match &args.lut {
@@ -130,7 +156,7 @@ fn verify(args: &PlanArgs, path: &Path, bars: &Bars) -> Result<()> {
     let worst = &score.worst;
     let met = score.delta_e.p95 <= plan.tolerance.delta_e
         && score.luminance.p95 <= plan.tolerance.luminance;
-    Ok(print(&format!(
+    print(&format!(
         "{} random cases, {} directions\n\
          \x20                 p50      p95    worst   tolerance (p95)\n\
          CIEDE2000    {:8.2} {:8.2} {:8.2}   {:.2}\n\
@@ -151,5 +177,10 @@ fn verify(args: &PlanArgs, path: &Path, bars: &Bars) -> Result<()> {
         worst.turbidity,
         worst.sun_zenith.degrees(),
         if met { "met" } else { "not met" },
-    ))?)
+    ))?;
+    Ok(if met {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(EXIT_NOT_MET)
+    })
 }

@@ -6,20 +6,26 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use sky_core::quantity::Length;
+use sky_eval::profiles::shipped_names;
 use sky_sim::profile::{AtmosphereProfile, ProfileRow};
 
-use crate::io::files::{OutputFile, print};
+use crate::args::profile_help;
+use crate::io::files::{OutputFile, is_standard_output, print};
 use crate::io::profile::load_profile;
 
 /// `utm-sky profile`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   utm-sky profile
-  utm-sky profile --profile utm2005 --out profile.csv")]
+  utm-sky profile --profile utm2005 --out profile.csv
+  utm-sky profile --list")]
 pub struct ProfileArgs {
     /// Profile of the atmosphere: a CSV file or the name of a shipped one
-    #[arg(long, value_name = "CSV|NAME", default_value = "general")]
+    #[arg(long, value_name = "CSV|NAME", default_value = "general", help = profile_help())]
     pub profile: PathBuf,
+    /// List the names of the shipped profiles
+    #[arg(long, conflicts_with_all = ["profile", "out"])]
+    pub list: bool,
     /// Also write the table as CSV
     #[arg(long, value_name = "CSV")]
     pub out: Option<PathBuf>,
@@ -40,12 +46,18 @@ fn written_altitudes_km() -> impl Iterator<Item = u8> {
 /// # Errors
 /// When the profile is wrong or an output cannot be written.
 pub fn run(args: &ProfileArgs) -> Result<()> {
+    if args.list {
+        let names: Vec<&str> = shipped_names().collect();
+        return Ok(print(&(names.join("\n") + "\n"))?);
+    }
     let profile = load_profile(&args.profile)?.profile;
     let out = args.out.as_deref().map(OutputFile::create).transpose()?;
     if let Some(out) = out {
         out.commit(csv(&profile).as_bytes())?;
     }
-    print(&table(&profile))?;
+    if !args.out.as_deref().is_some_and(is_standard_output) {
+        print(&table(&profile))?;
+    }
     Ok(())
 }
 

@@ -16,7 +16,9 @@ use sky_gpu::{Camera, Projection, Tier, ev100_for_mean};
 use sky_plan::plan::without_aerial;
 use sky_render::camera::pixels;
 use sky_render::pixels::developed;
-use sky_render::{Painter, Pixels, Shot, draw_on_cpu, facing, file_bytes, looking};
+use sky_render::{
+    Painter, Pixels, Shot, draw_on_cpu, facing, file_bytes, file_bytes_with_comment, looking,
+};
 use sky_science::direction::report_directions;
 use sky_science::metrics::cosine_weighted_mean;
 use sky_science::sky_model::SkyModel;
@@ -24,7 +26,7 @@ use sky_science::sky_model::SkyModel;
 use crate::args::{
     Backend, Ev100, HAZE, SceneArgs, SceneKind, TierKind, ToneKind, ev100, look, size, within,
 };
-use crate::io::files::{OutputFile, print};
+use crate::io::files::{OutputFile, has_extension, is_standard_output, print};
 use crate::io::progress::Bars;
 use crate::io::scene::Scene;
 
@@ -52,15 +54,17 @@ pub enum ProjectionKind {
 
   utm-sky render --model hillaire --altitude-km 1 --turbidity 3 --sun-zenith-deg 85 --out peer.png
 
-Azimuths are clockwise from north. A PNG is 8-bit sRGB; an EXR holds linear sRGB in cd/m2. With --model
-the CPU draws the sky alone: black where the model has no answer, and no sun."
+Azimuths are clockwise from north. A PNG is 8-bit sRGB; an EXR holds linear sRGB in cd/m2. In an
+equirectangular EXR the sun's disc is spread over the pixels that it touches, so that their light on a
+plane is the sun's at every size; --no-sun leaves it out, and the file says so. With --model the CPU
+draws the sky alone: black where the model has no answer, and no sun."
 )]
 pub struct RenderArgs {
     /// Table, observer, sun and haze.
     #[command(flatten)]
     pub scene: SceneArgs,
     /// A sky of `utm-sky models` in place of the table's
-    #[arg(long, value_name = "NAME", conflicts_with_all = ["lut", "scenery", "tier"])]
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["lut", "scenery", "tier", "no_aerial"])]
     pub model: Option<String>,
     /// Azimuth of the sun, clockwise from north [deg]
     #[arg(long, value_name = "DEG", default_value_t = 180.0, value_parser = within(-360.0, 360.0),
@@ -76,10 +80,10 @@ pub struct RenderArgs {
     /// azimuth, 10 above the horizontal
     #[arg(long, value_name = "AZ,EL", value_parser = look, allow_hyphen_values = true)]
     pub look: Option<[f64; 2]>,
-    /// Vertical field of view of a perspective picture [deg]
-    #[arg(long, value_name = "DEG", default_value_t = 60.0, value_parser = within(1.0, 170.0))]
-    pub fov_deg: f64,
-    /// How the sky is drawn (GPU); without it as a plan has it, else fragment
+    /// Vertical field of view of a perspective picture; without it 60 [deg]
+    #[arg(long, value_name = "DEG", value_parser = within(1.0, 170.0))]
+    pub fov_deg: Option<f64>,
+    /// How the GPU draws the sky; without it as a plan has it, else baked
     #[arg(long, value_enum)]
     pub tier: Option<TierKind>,
     /// What stands under the sky
@@ -91,14 +95,16 @@ pub struct RenderArgs {
     /// Who draws
     #[arg(long, value_enum, default_value_t)]
     pub backend: Backend,
-    /// Exposure value at ISO 100, or auto
-    #[arg(long, value_name = "E|auto", default_value = "auto", value_parser = ev100,
-          allow_hyphen_values = true)]
-    pub ev100: Ev100,
-    /// Tone curve of a PNG
-    #[arg(long, value_enum, default_value_t)]
-    pub tone: ToneKind,
-    /// Picture: .png or .exr
+    /// Exposure value at ISO 100 of a PNG, or auto; without it auto
+    #[arg(long, value_name = "E|auto", value_parser = ev100, allow_hyphen_values = true)]
+    pub ev100: Option<Ev100>,
+    /// Tone curve of a PNG; without it neutral
+    #[arg(long, value_enum)]
+    pub tone: Option<ToneKind>,
+    /// Leave the sun's disc out, for renderers that have a sun of their own
+    #[arg(long)]
+    pub no_sun: bool,
+    /// Picture: .png or .exr; - is a PNG to standard output
     #[arg(long, value_name = "FILE")]
     pub out: PathBuf,
 }
@@ -108,14 +114,14 @@ pub struct RenderArgs {
 /// # Errors
 /// When an input is wrong, there is no GPU, or the picture cannot be written.
 pub fn run(args: &RenderArgs) -> Result<()> {
-    let is_exr = match args.out.extension().and_then(|e| e.to_str()) {
-        Some("png") => false,
-        Some("exr") => true,
-        _ => bail!(
+    let is_exr = has_extension(&args.out, "exr");
+    if !is_exr && !has_extension(&args.out, "png") && !is_standard_output(&args.out) {
+        bail!(
             "--out: expected a name ending in .png or .exr, found {}",
             args.out.display()
-        ),
-    };
+        );
+    }
+    refuse_what_is_unused(args, is_exr)?;
     if let Some(name) = &args.model {
         let shot = shot(args, &args.scene.conditions()?, None, is_exr);
         let out = OutputFile::create(&args.out)?;
@@ -127,7 +133,7 @@ pub fn run(args: &RenderArgs) -> Result<()> {
     let header = scene.sky.lut().header();
     let shot = shot(args, &scene.conditions, Some(header), is_exr);
     let standing = shot.standing().observer_altitude.km();
-    if standing > scene.conditions.observer_altitude.km() {
+    if standing > scene.conditions.observer_altitude.km() && !is_standard_output(&args.out) {
         print(&format!(
             "the ground is higher than {} km there: seen from {standing:.3} km\n",
             args.scene.place.altitude_km
@@ -141,7 +147,47 @@ pub fn run(args: &RenderArgs) -> Result<()> {
     }
     .with_context(|| source)
     .map_err(|e| anyhow!("{e:#}"))?;
-    out.commit(&file_bytes(&pixels, shot.size)?)?;
+    let bytes = match comment(&shot) {
+        Some(comment) => file_bytes_with_comment(&pixels, shot.size, comment)?,
+        None => file_bytes(&pixels, shot.size)?,
+    };
+    out.commit(&bytes)?;
+    Ok(())
+}
+
+/// What the file says about the sun, where it is not drawn as a camera sees it.
+fn comment(shot: &Shot) -> Option<&'static str> {
+    if !shot.sun_disc {
+        Some("The sun's disc is left out.")
+    } else if shot.spreads_sun() {
+        Some("Linear sRGB [cd/m2]. The sun's disc is spread over the pixels that it touches.")
+    } else {
+        None
+    }
+}
+
+/// What would have no effect on this picture is no part of it.
+fn refuse_what_is_unused(args: &RenderArgs, is_exr: bool) -> Result<()> {
+    let is_panorama = args.projection != ProjectionKind::Perspective;
+    if let (true, Some(fov)) = (is_panorama, args.fov_deg) {
+        bail!("--fov-deg: expected with --projection perspective alone, found {fov}");
+    }
+    if let (true, Some([_, elevation])) = (is_panorama, args.look)
+        && elevation.abs() > 0.0
+    {
+        bail!(
+            "--look: expected an elevation of 0 with --projection fisheye or equirect, which stay level, \
+             found {elevation}"
+        );
+    }
+    let by_cpu = args.backend == Backend::Cpu;
+    if let (true, Some(tier @ (TierKind::Vertex | TierKind::Baked))) = (by_cpu, args.tier) {
+        let found = format!("{tier:?}").to_lowercase();
+        bail!("--tier: expected fragment with --backend cpu, which knows no other, found {found}");
+    }
+    if is_exr && (args.ev100.is_some() || args.tone.is_some()) {
+        bail!("--ev100, --tone: expected with a .png alone, for an .exr holds linear light");
+    }
     Ok(())
 }
 
@@ -159,7 +205,7 @@ fn shot(
         ProjectionKind::Perspective => Camera {
             depth_is_distance: true,
             ..Camera::perspective(
-                single(Angle::from_degrees(args.fov_deg).radians()),
+                single(Angle::from_degrees(args.fov_deg.unwrap_or(60.0)).radians()),
                 aspect,
                 looking(azimuth, elevation),
             )
@@ -174,13 +220,14 @@ fn shot(
         sun_azimuth: Angle::from_degrees(args.sun_azimuth_deg),
         camera,
         size: args.size,
-        ev100: args.ev100.0,
-        tone: (!linear).then_some(args.tone.into()),
+        ev100: args.ev100.and_then(|ev100| ev100.0),
+        tone: (!linear).then(|| args.tone.unwrap_or_default().into()),
         tier: args
             .tier
             .map(Tier::from)
             .or_else(|| Tier::planned(header?))
-            .unwrap_or(Tier::Fragment),
+            .unwrap_or_else(|| TierKind::default().into()),
+        sun_disc: !args.no_sun && args.model.is_none(),
         scenery: args.scenery.into(),
         aerial: !args.no_aerial && !header.is_some_and(without_aerial),
     }

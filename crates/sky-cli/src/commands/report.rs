@@ -18,7 +18,7 @@ use crate::io::report::{create_outputs, write};
 /// `utm-sky report`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:
-  utm-sky report --lut target/utm-sky/sky.utmlut --out target/utm-sky")]
+  utm-sky report --lut embedded --out target/utm-sky")]
 pub struct ReportArgs {
     /// Look-up table: a .utmlut file, a plan (.toml), which is baked first, or the built-in one
     #[arg(long, value_name = "FILE|embedded", default_value = "embedded", value_parser = lut_source)]

@@ -8,7 +8,7 @@ use clap::{ArgGroup, Args, ValueEnum};
 use sky_core::aerial::{AerialFrame, AerialPath, path_meets_ground};
 use sky_core::color::{LinearSrgb, Yxy, linear_srgb_from_xyz, xyz_from_linear_srgb, yxy_from_xyz};
 use sky_core::direction::SkyDirection;
-use sky_core::quantity::{Angle, Length, single};
+use sky_core::quantity::{Length, single};
 use sky_eval::engine::{self, Air, depth_under_ground, transport_paths};
 use sky_eval::truth::DEFAULT_GROUND_ALBEDO;
 use sky_science::cie::ColorWeights;
@@ -24,6 +24,7 @@ use crate::args::{AnyPlaceArgs, HAZE, HazeArgs, LutSource, SceneArgs, lut_source
 use crate::io::files::{OutputFile, read_text};
 use crate::io::scene::Scene;
 use crate::io::table::DIRECTION_COLUMNS;
+use crate::io::table::numbers;
 
 /// Help of `--segments`.
 const SEGMENTS_HELP: &str =
@@ -56,9 +57,9 @@ pub enum PathEngine {
     group(ArgGroup::new("haze").required(true).args(HAZE)),
     after_help = "Examples:
   utm-sky segment --altitude-km 3 --turbidity 2 --sun-zenith-deg 60 \\
-      --segments segments.csv --out paths.csv
+      --segment 90,0,20 --segment 95,180,10 --out paths.csv
   utm-sky segment --altitude-km 40 --turbidity 2 --sun-zenith-deg 95 --engine transport \\
-      --segments segments.csv --out truth.csv
+      --segment 95,0,300 --out truth.csv
 
 A path is a straight ray over a sphere of 6371 km. Transmittances are those of sunlight in linear
 sRGB and luminance; in-scattered light is what the air of the path adds."
@@ -85,8 +86,12 @@ pub struct SegmentArgs {
     #[arg(long, value_name = "A", value_parser = within(0.0, 1.0), allow_negative_numbers = true)]
     pub albedo: Option<f64>,
     /// Paths: CSV with zenith angle, azimuth and length of each
-    #[arg(long, value_name = "CSV", help = SEGMENTS_HELP)]
-    pub segments: PathBuf,
+    #[arg(long, value_name = "CSV", help = SEGMENTS_HELP, required_unless_present = "segment")]
+    pub segments: Option<PathBuf>,
+    /// A path by view zenith angle, azimuth (0 faces the sun) and length [deg, deg, km]; may be repeated
+    #[arg(long, value_name = "ZENITH,AZIMUTH,KM", value_parser = segment, conflicts_with = "segments",
+          allow_hyphen_values = true)]
+    pub segment: Vec<[f64; 3]>,
     /// Which aerial perspective
     #[arg(long, value_enum, default_value_t)]
     pub aerial: Aerial,
@@ -95,6 +100,9 @@ pub struct SegmentArgs {
     pub out: PathBuf,
 }
 
+fn segment(text: &str) -> Result<[f64; 3], String> {
+    numbers(text, &COLUMNS)
+}
 /// Distance of the transport engine's wavelengths \[nm\].
 const STEP_NM: u16 = 10;
 
@@ -113,27 +121,41 @@ const HEAD: &str = "view_zenith_deg,relative_azimuth_deg,distance_km,transmittan
 
 /// The paths that are asked for.
 struct Paths {
-    /// Name of their file.
-    name: String,
+    /// Their file and the line of each; nothing where they were given one by one.
+    source: Option<(String, Vec<u64>)>,
     /// Zenith angle and azimuth \[deg\], length \[km\].
     rows: Vec<[f64; 3]>,
 }
 
 impl Paths {
     fn read(args: &SegmentArgs) -> Result<Self> {
-        let name = args.segments.display().to_string();
-        let table = Table::read(&name, &read_text(&args.segments)?, &COLUMNS, 1)?;
+        let Some(path) = &args.segments else {
+            return Ok(Self {
+                source: None,
+                rows: args.segment.clone(),
+            });
+        };
+        let name = path.display().to_string();
+        let table = Table::read(&name, &read_text(path)?, &COLUMNS, 1)?;
         let rows = (0..table.line.len())
             .map(|row| [0, 1, 2].map(|column| table.column(column)[row]))
             .collect();
-        Ok(Self { name, rows })
+        Ok(Self {
+            source: Some((name, table.line)),
+            rows,
+        })
     }
 
     /// What is said of a path that leads under the ground.
     fn meets_ground(&self, path: usize) -> anyhow::Error {
+        let place = self
+            .source
+            .as_ref()
+            .map_or_else(String::new, |(file, lines)| {
+                format!("{file}:{}: ", lines[path])
+            });
         anyhow!(
-            "{}: path {}: distance_km: expected a point above the ground, found {}",
-            self.name,
+            "{place}path {}: distance_km: expected a point above the ground, found {}",
             path + 1,
             self.rows[path][2]
         )
@@ -213,7 +235,7 @@ fn of_transport(args: &SegmentArgs, paths: &Paths) -> Result<String> {
     let wavelengths = settings.wavelength_nm.len();
     let scene = engine::Scene {
         observer_altitude: Length::from_km(args.place.altitude_km),
-        sun_zenith: Angle::from_degrees(args.place.sun_zenith_deg),
+        sun_zenith: args.place.sun_zenith(),
         ground_albedo: args.albedo.unwrap_or(DEFAULT_GROUND_ALBEDO),
     };
     let sights: Vec<Sight> = paths

@@ -5,21 +5,21 @@ use std::path::PathBuf;
 use anyhow::{Result, anyhow};
 use clap::{ArgGroup, Args};
 
-use crate::args::{DIRECTIONS_HELP, HAZE, SceneArgs};
+use crate::args::{HAZE, SceneArgs};
 use crate::io::files::OutputFile;
 use crate::io::model::map;
 use crate::io::scene::table_frame;
-use crate::io::table::{DirectionTable, yxy_map_csv};
+use crate::io::table::{DirectionArgs, yxy_map_csv};
 
 /// `utm-sky sky`.
 #[derive(Debug, Args)]
 #[command(
     group(ArgGroup::new("haze").required(true)
         .args(HAZE)),
-    after_help = "Example:
-  utm-sky sky --lut embedded --altitude-km 6 --turbidity 2 --sun-zenith-deg 60 \\
-      --directions directions.csv --out yxy.csv
-  utm-sky sky --model preetham --altitude-km 0 --aod500 0.1 --sun-zenith-deg 40 --out preetham.csv"
+    after_help = "Examples:
+  utm-sky sky --altitude-km 6 --turbidity 2 --sun-zenith-deg 60 --out yxy.csv
+  utm-sky sky --altitude-km 6 --turbidity 2 --sun-elevation-deg 30 --direction 80,0 --out -
+  utm-sky sky --model preetham --altitude-km 0 --aod500 0.2 --sun-zenith-deg 40 --out preetham.csv"
 )]
 pub struct SkyArgs {
     /// Table, observer, sun and haze.
@@ -28,9 +28,9 @@ pub struct SkyArgs {
     /// A sky of `utm-sky models` in place of the table's
     #[arg(long, value_name = "NAME", conflicts_with = "lut")]
     pub model: Option<String>,
-    /// Directions of view, azimuth 0 facing the sun; without it the zenith and nine rings of 30
-    #[arg(long, value_name = "CSV", help = DIRECTIONS_HELP)]
-    pub directions: Option<PathBuf>,
+    /// Directions of view.
+    #[command(flatten)]
+    pub directions: DirectionArgs,
     /// Luminance and chromaticity by direction
     #[arg(long, value_name = "CSV")]
     pub out: PathBuf,
@@ -42,7 +42,7 @@ pub struct SkyArgs {
 /// When an input is wrong, conditions or a direction lie outside the table's domain, or the output
 /// cannot be written.
 pub fn run(args: &SkyArgs) -> Result<()> {
-    let directions = DirectionTable::read_or_report(args.directions.as_deref())?;
+    let directions = args.directions.table()?;
     if let Some(model) = &args.model {
         let conditions = args.scene.conditions()?;
         let map = map(model, &conditions, &directions)?;
@@ -57,8 +57,8 @@ pub fn run(args: &SkyArgs) -> Result<()> {
         .map(|(i, direction)| {
             frame.yxy(direction).ok_or_else(|| {
                 anyhow!(
-                    "direction {}: view_zenith_deg: expected a direction above the geometric horizon, found {:.4}",
-                    i + 1,
+                    "{}: view_zenith_deg: expected a direction above the geometric horizon, found {:.4}",
+                    directions.place(i),
                     direction.view_zenith.degrees()
                 )
             })

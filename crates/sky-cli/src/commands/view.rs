@@ -18,6 +18,7 @@ use crate::args::{
     Ev100, HAZE, HazeArgs, LutSource, SceneKind, TierKind, ToneKind, ev100, look, lut_source, size,
     within,
 };
+use crate::quiet::sockets;
 use crate::tell::tell;
 
 /// The package of the window's program.
@@ -63,7 +64,9 @@ fn date(text: &str) -> Result<UtcTime, String> {
   utm-sky view --scene terrain --altitude-km 3.5 --visual-range-km 60 --sun-zenith-deg 75
   utm-sky view --date 2025-06-21 --utc-h 4.5 --place 47.26,11.34 --tier baked --size 1920x1080
   utm-sky view --scene terrain --frames 30 --screenshot flight.png
-  utm-sky view --lut plan.toml
+
+With --screenshot, conditions beyond the table's domain are an error; in the window they stop at its
+edge, and it says so over the picture.
 
 Drag: look. W A S D and arrows: fly; E and Q, page up and down: up and down; Shift: faster; wheel:
 speed. P: pause. F12: screenshot. Tab: panel. Azimuths are clockwise from north. Where there is no
@@ -88,13 +91,18 @@ pub struct ViewArgs {
     #[arg(long, value_name = "DEG", value_parser = within(0.0, 96.0),
           allow_negative_numbers = true, help_heading = "Sun")]
     pub sun_zenith_deg: Option<f64>,
+    /// Elevation of the sun, 90 less its zenith angle, in place of that, -6-90 [deg]
+    #[arg(long, value_name = "DEG", value_parser = within(-6.0, 90.0), allow_negative_numbers = true,
+          conflicts_with = "sun_zenith_deg", help_heading = "Sun")]
+    pub sun_elevation_deg: Option<f64>,
     /// Azimuth of the sun, clockwise from north [deg]
     #[arg(long, value_name = "DEG", default_value_t = 180.0, value_parser = within(-360.0, 360.0),
           allow_negative_numbers = true, help_heading = "Sun")]
     pub sun_azimuth_deg: f64,
     /// Date, in place of the sun's angles
     #[arg(long, value_name = "YYYY-MM-DD", value_parser = date, requires = "place",
-          conflicts_with_all = ["sun_zenith_deg", "sun_azimuth_deg"], help_heading = "Sun")]
+          conflicts_with_all = ["sun_zenith_deg", "sun_elevation_deg", "sun_azimuth_deg"],
+          help_heading = "Sun")]
     pub date: Option<UtcTime>,
     /// Time on that date [h UTC]
     #[arg(long, value_name = "H", value_parser = within(0.0, 24.0), default_value_t = 12.0,
@@ -117,7 +125,7 @@ pub struct ViewArgs {
     /// GPU, by a part of its name; without it the fastest
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
-    /// How the sky is drawn; without it as a plan has it, else fragment
+    /// How the sky is drawn; without it as a plan has it, else baked
     #[arg(long, value_enum)]
     pub tier: Option<TierKind>,
     /// What stands under the sky
@@ -182,6 +190,9 @@ pub fn run(args: &[OsString]) -> Result<ExitCode> {
     let here = env::current_exe()?;
     let mut command = window(&here, &|name| env::var_os(name))?;
     command.args(args);
+    if let Some([name, value]) = sockets() {
+        command.env(name, value);
+    }
     start(command)
 }
 

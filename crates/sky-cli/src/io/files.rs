@@ -12,8 +12,27 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use tempfile::{NamedTempFile, TempPath};
 use thiserror::Error;
 
+/// Exit status where a verdict is "not met": the command did its work, and the answer is no.
+pub const EXIT_NOT_MET: u8 = 1;
+
 /// Exit status of every failure.
 pub const EXIT_FAILURE: u8 = 2;
+
+/// The path that stands for standard output.
+const STANDARD_OUTPUT: &str = "-";
+
+/// Whether an output goes to standard output, where nothing else may be printed then.
+#[must_use]
+pub fn is_standard_output(path: &Path) -> bool {
+    path == Path::new(STANDARD_OUTPUT)
+}
+
+/// Whether a name ends in an extension, in small letters or capitals.
+#[must_use]
+pub fn has_extension(path: &Path, extension: &str) -> bool {
+    path.extension()
+        .is_some_and(|found| found.eq_ignore_ascii_case(extension))
+}
 
 /// A file that cannot be read or written: which, what was expected, what was found.
 #[derive(Debug, Error)]
@@ -67,6 +86,9 @@ pub enum FileError {
         /// Its directory.
         directory: PathBuf,
     },
+    /// `-` where a directory is needed.
+    #[error("--out: expected a directory, found -, standard output, which takes one file")]
+    NotADirectory,
 }
 
 /// Reads the bytes of a file.
@@ -115,12 +137,24 @@ pub fn read_text(path: &Path) -> Result<String, FileError> {
 /// interruption finds every one of them.
 static TEMPORARY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
+/// Directories that this run made, outer ones first.
+static MADE: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Removes the directories that this run made and left empty.
+pub fn remove_empty_directories() {
+    let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
+    for path in made.drain(..).rev() {
+        // fails where there is something in it, and that is meant
+        drop(fs::remove_dir(path));
+    }
+}
+
 fn temporary() -> MutexGuard<'static, Vec<PathBuf>> {
     // A panic elsewhere must not keep temporary files from being removed.
     TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Removes all temporary files and ends the process with the exit code of a failure.
+/// Removes all temporary files, and the directories made for them, and ends the process with the exit code of a failure.
 ///
 /// The lock stays held, so that no rename can follow.
 fn give_up() -> ! {
@@ -128,6 +162,7 @@ fn give_up() -> ! {
     for path in files.iter() {
         drop(fs::remove_file(path));
     }
+    remove_empty_directories();
     drop(writeln!(
         io::stderr(),
         "error: interrupted; no incomplete file was left behind"
@@ -144,7 +179,8 @@ pub fn clean_up_on_interrupt() {
 
 /// An output file: written to a temporary neighbor, under its own name only when complete.
 ///
-/// A target that is no regular file (`/dev/stdout`, a pipe) is written directly. Dropped without
+/// A target that is no regular file (`/dev/stdout`, a pipe) is written directly, and the path `-` is
+/// standard output. Dropped without
 /// [`commit`](Self::commit), it leaves nothing behind.
 #[derive(Debug)]
 pub struct OutputFile {
@@ -159,6 +195,7 @@ pub struct OutputFile {
 enum Sink {
     Temporary(NamedTempFile),
     Direct(File),
+    Standard,
     /// Committed or failed.
     Closed,
 }
@@ -174,6 +211,13 @@ impl OutputFile {
             path: path.to_owned(),
             source,
         };
+        if is_standard_output(path) {
+            return Ok(Self {
+                path: PathBuf::from("standard output"),
+                target: path.to_owned(),
+                sink: Sink::Standard,
+            });
+        }
         // A link is followed: the file it points to is replaced, not the link.
         let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let old = fs::metadata(&target).ok();
@@ -240,6 +284,7 @@ impl OutputFile {
     fn finish(&mut self, content: &[u8]) -> io::Result<()> {
         match std::mem::replace(&mut self.sink, Sink::Closed) {
             Sink::Direct(mut file) => file.write_all(content).and_then(|()| file.flush()),
+            Sink::Standard => to_standard_output(content),
             Sink::Temporary(mut file) => {
                 let written = file
                     .write_all(content)
@@ -282,15 +327,36 @@ fn remove(temporary_path: TempPath) {
     drop(temporary_path);
 }
 
-/// Makes a directory for outputs where there is none.
+/// Makes a directory for outputs where there is none. It is removed again if the run fails or is
+/// interrupted before anything is in it.
 ///
 /// # Errors
-/// When it cannot be made.
+/// When it cannot be made, or is `-`: several files do not go to standard output.
 pub fn create_directory(path: &Path) -> Result<(), FileError> {
+    if is_standard_output(path) {
+        return Err(FileError::NotADirectory);
+    }
+    let missing: Vec<PathBuf> = path
+        .ancestors()
+        .take_while(|p| !p.as_os_str().is_empty() && !p.exists())
+        .map(Path::to_owned)
+        .collect();
+    // held until they are there, so that an interruption finds them
+    let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
+    made.extend(missing.into_iter().rev());
     fs::create_dir_all(path).map_err(|source| FileError::Write {
         path: path.to_owned(),
         source,
     })
+}
+
+/// Writes everything; a reader that has gone away (`utm-sky profile | head`) is no error.
+fn to_standard_output(content: &[u8]) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    match out.write_all(content).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error),
+        _ => Ok(()),
+    }
 }
 
 /// Writes to the terminal; a reader that has gone away (`utm-sky profile | head`) is no error.
@@ -298,14 +364,10 @@ pub fn create_directory(path: &Path) -> Result<(), FileError> {
 /// # Errors
 /// When standard output cannot be written for another reason.
 pub fn print(text: &str) -> Result<(), FileError> {
-    let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(source) if source.kind() != io::ErrorKind::BrokenPipe => Err(FileError::Write {
-            path: PathBuf::from("standard output"),
-            source,
-        }),
-        _ => Ok(()),
-    }
+    to_standard_output(text.as_bytes()).map_err(|source| FileError::Write {
+        path: PathBuf::from("standard output"),
+        source,
+    })
 }
 
 #[cfg(test)]

@@ -20,8 +20,8 @@ pub fn map(name: &str, conditions: &Conditions, table: &DirectionTable) -> Resul
         .position(|d| !answers(sky.domain(), conditions, d))
     {
         bail!(
-            "direction {}: view_zenith_deg: expected one in the domain of {name}, found {:.4}",
-            i + 1,
+            "{}: view_zenith_deg: expected one in the domain of {name}, found {:.4}",
+            table.place(i),
             table.directions[i].view_zenith.degrees()
         );
     }

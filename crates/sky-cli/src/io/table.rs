@@ -3,9 +3,10 @@
 //! Angles are kept in degrees as the file had them, so that what comes out equals what went in.
 
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
+use clap::Args;
 use sky_core::color::Yxy;
 use sky_core::direction::SkyDirection;
 use sky_science::direction::report_directions;
@@ -26,6 +27,62 @@ pub struct DirectionTable {
     pub degrees: Vec<[f64; 2]>,
     /// The same as directions.
     pub directions: Vec<SkyDirection>,
+    /// The file and the line of each; nothing where they were given otherwise.
+    source: Option<(String, Vec<u64>)>,
+}
+
+/// Directions of view: a file, or one by one.
+#[derive(Clone, Debug, Args)]
+#[group(skip)]
+pub struct DirectionArgs {
+    /// Directions: CSV with `view_zenith_deg,relative_azimuth_deg` (0 faces the sun); without any the
+    /// zenith and nine rings of 30
+    #[arg(long, value_name = "CSV")]
+    pub directions: Option<PathBuf>,
+    /// A direction by view zenith angle and azimuth (0 faces the sun) [deg]; may be repeated
+    #[arg(long, value_name = "ZENITH,AZIMUTH", value_parser = direction,
+          conflicts_with = "directions", allow_hyphen_values = true)]
+    pub direction: Vec<[f64; 2]>,
+}
+
+impl DirectionArgs {
+    /// The directions; the report's 271 where none were given.
+    ///
+    /// # Errors
+    /// When the file cannot be read or its table is wrong.
+    pub fn table(&self) -> Result<DirectionTable> {
+        match &self.directions {
+            Some(path) => Ok(DirectionTable::parse(path, &read_text(path)?)?),
+            None if self.direction.is_empty() => Ok(DirectionTable::report()),
+            None => Ok(DirectionTable::new(self.direction.clone(), None)),
+        }
+    }
+}
+
+fn direction(text: &str) -> Result<[f64; 2], String> {
+    numbers(text, &DIRECTION_COLUMNS)
+}
+
+/// Numbers with commas between them, within the ranges of as many columns.
+pub(crate) fn numbers<const N: usize>(
+    text: &str,
+    columns: &[ColumnSpec; N],
+) -> Result<[f64; N], String> {
+    let given: Vec<&str> = text.split(',').map(str::trim).collect();
+    let mut out = [0.0; N];
+    if given.len() != N {
+        let names: Vec<&str> = columns.iter().map(|column| column.name).collect();
+        return Err(format!("expected {}, found {text:?}", names.join(",")));
+    }
+    for ((out, word), column) in out.iter_mut().zip(given).zip(columns) {
+        let [low, high] = column.range;
+        *out = word
+            .parse()
+            .ok()
+            .filter(|value| (low..=high).contains(value))
+            .ok_or_else(|| format!("{}: expected {low} to {high}, found {word:?}", column.name))?;
+    }
+    Ok(out)
 }
 
 impl DirectionTable {
@@ -46,18 +103,30 @@ impl DirectionTable {
         Self {
             degrees,
             directions,
+            source: None,
         }
     }
 
-    /// From a file, or the report's 271 when there is none.
-    ///
-    /// # Errors
-    /// When the file cannot be read or its table is wrong.
-    pub fn read_or_report(path: Option<&Path>) -> Result<Self> {
-        match path {
-            None => Ok(Self::report()),
-            Some(path) => Ok(Self::parse(path, &read_text(path)?)?),
+    fn new(degrees: Vec<[f64; 2]>, source: Option<(String, Vec<u64>)>) -> Self {
+        let directions = degrees
+            .iter()
+            .map(|&[zenith, azimuth]| SkyDirection::from_degrees(zenith, azimuth))
+            .collect();
+        Self {
+            degrees,
+            directions,
+            source,
         }
+    }
+
+    /// Where a direction was given, for errors.
+    #[must_use]
+    pub fn place(&self, index: usize) -> String {
+        let number = index + 1;
+        self.source.as_ref().map_or_else(
+            || format!("direction {number}"),
+            |(file, lines)| format!("{file}:{}: direction {number}", lines[index]),
+        )
     }
 
     /// From CSV text: the two columns in any order, others passed over, lines starting with `#` too.
@@ -66,20 +135,13 @@ impl DirectionTable {
     /// The first thing that is wrong, with its line and column.
     pub fn parse(path: &Path, text: &str) -> Result<Self, TableError> {
         let table = Table::read_some(&path.display().to_string(), text, &DIRECTION_COLUMNS, 1)?;
-        let degrees: Vec<[f64; 2]> = table
+        let degrees = table
             .column(0)
             .iter()
             .zip(table.column(1))
             .map(|(zenith, azimuth)| [*zenith, *azimuth])
             .collect();
-        let directions = degrees
-            .iter()
-            .map(|&[zenith, azimuth]| SkyDirection::from_degrees(zenith, azimuth))
-            .collect();
-        Ok(Self {
-            degrees,
-            directions,
-        })
+        Ok(Self::new(degrees, Some((table.file, table.line))))
     }
 }
 
@@ -189,6 +251,13 @@ mod tests {
         ] {
             assert_eq!(parse(text).unwrap_err().to_string(), message);
         }
+    }
+
+    #[test]
+    fn c_a_direction_is_named_with_its_line() {
+        let table = parse("# comment\nview_zenith_deg,relative_azimuth_deg\n0,0\n95,12\n").unwrap();
+        assert_eq!(table.place(1), "dirs.csv:4: direction 2");
+        assert_eq!(DirectionTable::report().place(0), "direction 1");
     }
 
     #[test]

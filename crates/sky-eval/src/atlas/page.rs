@@ -12,6 +12,9 @@ use super::sweep::{ALTITUDE_BINS, ANSWERED, ASKED, SUN_BINS, SWEPT, VIEW_BINS};
 const SOUND: [u8; 3] = [150, 205, 165];
 const REFUSED: [u8; 3] = [170, 175, 182];
 
+/// Bins that a cell of a map may hold at most, across and down: none is empty long before.
+const MOST_MERGED: usize = 12;
+
 /// The color of a cell's bits; `None` where nothing was asked.
 fn color(bits: u32) -> Option<[u8; 3]> {
     let failed = KINDS.iter().find(|k| bits >> (k.kind as u32) & 1 == 1);
@@ -35,19 +38,60 @@ fn labels([low, high]: [f64; 2], bins: usize) -> Vec<String> {
         .collect()
 }
 
+/// Bins taken together, as few as leave no cell without a sample: a hole would say nothing.
+#[derive(Clone, Debug, PartialEq)]
+struct Merged {
+    /// Bins of a cell, across and down.
+    by: [usize; 2],
+    columns: usize,
+    rows: usize,
+    cells: Vec<u32>,
+}
+
+fn merged(bins: &[u32], [columns, rows]: [usize; 2]) -> Merged {
+    let by_size = |by: [usize; 2]| {
+        let (across, down) = (columns.div_ceil(by[0]), rows.div_ceil(by[1]));
+        let mut cells = vec![0; across * down];
+        for (i, bits) in bins.iter().enumerate() {
+            cells[(i / columns / by[1]) * across + i % columns / by[0]] |= bits;
+        }
+        Merged {
+            by,
+            columns: across,
+            rows: down,
+            cells,
+        }
+    };
+    let mut sizes: Vec<[usize; 2]> = (1..=MOST_MERGED)
+        .flat_map(|x| (1..=MOST_MERGED).map(move |y| [x, y]))
+        .collect();
+    sizes.sort_by_key(|[x, y]| (x * y, x.abs_diff(*y), *x));
+    sizes
+        .into_iter()
+        .map(by_size)
+        .find(|merged| merged.cells.iter().all(|bits| *bits != 0))
+        .unwrap_or_else(|| by_size([1, 1]))
+}
+
+/// The lower ends of merged bins.
+fn ends(axis: (&str, [f64; 2], usize), by: usize) -> Vec<String> {
+    labels(axis.1, axis.2).into_iter().step_by(by).collect()
+}
+
 fn map(
     title: &str,
     x: (&str, [f64; 2], usize),
     y: (&str, [f64; 2], usize),
-    cells: &[u32],
+    bins: &[u32],
 ) -> Result<String> {
+    let Merged { by, cells, .. } = merged(bins, [x.2, y.2]);
     HeatMap {
         title: title.to_owned(),
-        x: (x.0.to_owned(), labels(x.1, x.2)),
-        y: (y.0.to_owned(), labels(y.1, y.2)),
+        x: (x.0.to_owned(), ends(x, by[0])),
+        y: (y.0.to_owned(), ends(y, by[1])),
         values: cells.iter().map(|bits| f64::from(*bits)).collect(),
         full_scale: 1.0,
-        size: [540, 400],
+        size: [524, 390],
     }
     .html_colored(|i| color(cells[i]))
     .map_err(Into::into)
@@ -72,10 +116,32 @@ fn legend() -> String {
     out
 }
 
+/// A limit with all its digits, so that what is above it on the page is above it.
+fn limit(value: f64) -> String {
+    if value == 0.0 {
+        "0".to_owned()
+    } else {
+        format!("{value:e}")
+    }
+}
+
 fn verdict(row: &Row) -> String {
-    let class = if row.failures == 0 { "good" } else { "bad" };
+    let class = if row.failures == 0 {
+        "good"
+    } else if row.arithmetic == Arithmetic::F16Table {
+        // an experiment, see [`HALVES`]
+        "soft"
+    } else {
+        "bad"
+    };
     format!("<span class=\"{class}\">{}</span>", row.failures)
 }
+
+/// Why a table in halves is in the list.
+const HALVES: &str = "<p class=\"soft\">f16_table is no arithmetic of the model but an experiment: the frame's \
+    coefficients rounded to half precision, 11 bits of mantissa. It shows why a table stores them in 16 \
+    bits between the least and the largest value of each instead; its precision failures are what halves \
+    would cost.</p>\n";
 
 fn side(inside: bool) -> String {
     if inside { "inside" } else { "outside" }.to_owned()
@@ -120,10 +186,9 @@ fn chapter(chapter: &Chapter) -> Result<Section> {
                 row.samples.to_string(),
                 verdict(row),
                 format!("{:.3e}", row.worst_value),
-                format!("{:.0e}", entry.limit),
+                limit(entry.limit),
                 format!(
-                    "<details><summary>{}</summary><code>{}</code></details>",
-                    escape(entry.score),
+                    "<details><summary>show</summary><code>{}</code></details>",
                     escape(&row.reproduce)
                 ),
             ]
@@ -137,9 +202,15 @@ fn chapter(chapter: &Chapter) -> Result<Section> {
         "failures",
         "worst",
         "limit",
-        "what the worst is; how to see it",
+        "how to see it",
     ];
     body.push_str(&table(&head, &cells, 3));
+    if rows
+        .iter()
+        .any(|row| row.arithmetic == Arithmetic::F16Table)
+    {
+        body.push_str(HALVES);
+    }
     Ok(Section {
         id: chapter.name,
         title: chapter.name,
@@ -147,52 +218,66 @@ fn chapter(chapter: &Chapter) -> Result<Section> {
     })
 }
 
+/// The models that fail, worst first, and how many were asked, in words that wrap.
+fn failing(chapters: &[Chapter], kind: usize, inside: bool) -> String {
+    let mut asked = 0;
+    let mut found: Vec<(u64, u64, &str)> = Vec::new();
+    for chapter in chapters {
+        let own = chapter.subject.arithmetic;
+        for row in chapter.rows() {
+            let twin = KINDS[kind].name == "precision" && row.arithmetic == Arithmetic::CpuF64;
+            if row.kind == kind && row.inside_domain == inside && (row.arithmetic == own || twin) {
+                asked += 1;
+                if row.failures > 0 {
+                    found.push((row.failures, row.samples, chapter.name));
+                }
+            }
+        }
+    }
+    if asked == 0 {
+        return "–".to_owned();
+    }
+    if found.is_empty() {
+        return format!("<span class=\"good\">none of {asked}</span>");
+    }
+    found.sort_by_key(|(failures, _, name)| (core::cmp::Reverse(*failures), *name));
+    found
+        .iter()
+        .map(|(failures, samples, name)| {
+            format!(
+                "{} <span class=\"bad\">{failures}</span> of {samples}",
+                escape(name)
+            )
+        })
+        .collect::<Vec<_>>()
+        .join(", ")
+}
+
 fn summary(chapters: &[Chapter]) -> Section {
     let rows: Vec<Vec<String>> = KINDS
         .iter()
         .enumerate()
         .map(|(kind, entry)| {
-            let mut row = vec![escape(entry.name), escape(entry.score)];
-            for chapter in chapters {
-                let own = chapter.subject.arithmetic;
-                let cell = |inside: bool| {
-                    chapter
-                        .rows()
-                        .iter()
-                        .find(|r| {
-                            let twin =
-                                entry.name == "precision" && r.arithmetic == Arithmetic::CpuF64;
-                            r.kind == kind
-                                && r.inside_domain == inside
-                                && (r.arithmetic == own || twin)
-                        })
-                        .map_or_else(
-                            || "–".to_owned(),
-                            |r| format!("{} of {}", verdict(r), r.samples),
-                        )
-                };
-                row.extend([cell(true), cell(false)]);
-            }
-            row
-        })
-        .collect();
-    let heads: Vec<String> = chapters
-        .iter()
-        .flat_map(|c| {
-            [
-                format!("{}, inside", c.name),
-                format!("{}, outside", c.name),
+            vec![
+                escape(entry.name),
+                escape(entry.score),
+                limit(entry.limit),
+                failing(chapters, kind, true),
+                failing(chapters, kind, false),
             ]
         })
         .collect();
-    let head: Vec<&str> = ["kind", "score"]
-        .into_iter()
-        .chain(heads.iter().map(String::as_str))
-        .collect();
+    let head = [
+        "kind",
+        "score",
+        "limit",
+        "models that fail inside their domain",
+        "outside",
+    ];
     let body = format!(
-        "<p>Failures of samples, inside and outside of what the model claims. A sample fails if its \
-         score is above the kind's limit.</p>\n{}{}",
-        table(&head, &rows, 2),
+        "<p>A sample fails if its score is above the kind's limit. Of each kind, the models with failures, \
+         inside and outside of what they claim; the others of those that were asked have none.</p>\n{}{}",
+        table(&head, &rows, head.len()),
         legend()
     );
     Section {
@@ -223,4 +308,38 @@ pub fn html(chapters: &[Chapter]) -> Result<String> {
         SWEPT.sun_zenith_deg[1]
     );
     Ok(page("UTM sky model: atlas of failures", &lead, &sections))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn d_a_limit_is_shown_as_it_is_used() {
+        for entry in KINDS {
+            let shown: f64 = limit(entry.limit).parse().unwrap();
+            assert_eq!(shown.to_bits(), entry.limit.to_bits(), "{}", entry.name);
+        }
+        assert_eq!(limit(0.0125), "1.25e-2");
+    }
+
+    #[test]
+    fn d_a_map_has_no_holes() {
+        // every third column was asked, and every second row
+        let [columns, rows] = [36, 25];
+        let bins: Vec<u32> = (0..columns * rows)
+            .map(|i| {
+                if i % columns % 3 == 1 && i / columns % 2 == 0 {
+                    ASKED | 1
+                } else {
+                    0
+                }
+            })
+            .collect();
+        let found = merged(&bins, [columns, rows]);
+        assert_eq!((found.by, found.columns, found.rows), ([3, 2], 12, 13));
+        assert!(found.cells.iter().all(|bits| *bits == ASKED | 1));
+        // nothing is merged where nothing is missing
+        assert_eq!(merged(&[ASKED; 6], [3, 2]).by, [1, 1]);
+    }
 }

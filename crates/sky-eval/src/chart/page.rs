@@ -6,6 +6,7 @@ use anyhow::Result;
 use sky_plot::Scale;
 use sky_plot::chart::{Chart, Note, Series, Stroke};
 use sky_plot::page::{Section, page, table};
+use sky_plot::sheet::{LEGEND_PX, TITLE_PX};
 
 use super::rows::{DEFAULT_TIER, REGIMES, Row, place};
 
@@ -51,7 +52,107 @@ pub fn csv(rows: &[Row], adapter: &str) -> Result<String> {
     Ok(out)
 }
 
-/// One chart a regime: error over GPU cost, both logarithmic, with the front as a line.
+/// Regimes on the sheet, each with its title, size and place \[px\]; all of them are on the page.
+const SHEET: [(&str, &str, [u32; 2], [u32; 2]); 3] = [
+    (
+        "all",
+        "All cases: error over cost; lower left is better",
+        [900, 440],
+        [0, LEGEND_PX],
+    ),
+    (
+        "low-sun",
+        "Sun 70–90° from the zenith",
+        [448, 340],
+        [0, LEGEND_PX + TITLE_PX + 450],
+    ),
+    (
+        "aloft",
+        "From 9 km and above",
+        [448, 340],
+        [452, LEGEND_PX + TITLE_PX + 450],
+    ),
+];
+
+/// Error over GPU cost in a regime, both logarithmic, with the front as a line.
+fn chart(rows: &[Row], regime: usize, title: &str, size: [u32; 2]) -> Chart {
+    let all: Vec<(&Row, [f64; 2])> = rows
+        .iter()
+        .filter_map(|row| Some((row, place(row, regime)?)))
+        .collect();
+    let mut front: Vec<[f64; 2]> = all
+        .iter()
+        .filter(|(row, _)| row.on_front[regime])
+        .map(|(_, p)| *p)
+        .collect();
+    front.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let dots = |ours: bool| -> Vec<[f64; 2]> {
+        all.iter()
+            .filter(|(row, _)| row.model.name.starts_with("utm-sky") == ours)
+            .map(|(_, p)| *p)
+            .collect()
+    };
+    // the words of ours choose their places first
+    let (ours, others): (Vec<_>, Vec<_>) = all
+        .iter()
+        .partition(|(row, _)| row.model.name.starts_with("utm-sky"));
+    let notes = ours
+        .iter()
+        .chain(&others)
+        .map(|(row, at)| Note {
+            text: word(row, regime),
+            at: *at,
+        })
+        .collect();
+    let wider = |axis: usize, factor: f64| {
+        let values: Vec<f64> = all.iter().map(|(_, p)| p[axis]).collect();
+        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = values.iter().copied().fold(0.0, f64::max);
+        [least / factor, most * factor]
+    };
+    Chart {
+        title: title.to_owned(),
+        x: Scale::logarithmic("GPU [ns a pixel, 1920 x 1080]", wider(0, 1.3), 6.0),
+        y: Scale::logarithmic("ΔE2000, 95th percentile", wider(1, 1.1), 4.0),
+        series: vec![
+            Series::new("front: nothing is both cheaper and closer", 2, front)
+                .stroked(Stroke::Dashed),
+            Series::new("published", 1, dots(false)).stroked(Stroke::Dots),
+            Series::new("ours", 0, dots(true)).stroked(Stroke::Dots),
+        ],
+        notes,
+        size,
+    }
+}
+
+/// A model on the chart: its name, what is told of it by a sign, and the share that it covers.
+fn word(row: &Row, regime: usize) -> String {
+    let errors = row.errors[regime].unwrap_or_default();
+    let mut text = row.model.name.to_owned();
+    if row.model.own_atmosphere() {
+        text.push('*');
+    }
+    if row.model.luminance_only() {
+        text.push('°');
+    }
+    if errors.valid_share < 0.995 {
+        text.push_str(&format!(" {:.0} %", 100.0 * errors.valid_share));
+    }
+    if errors.failures > 0.0 {
+        text.push_str(&format!(", fails {:.1} %", 100.0 * errors.failures));
+    }
+    text
+}
+
+/// What the signs on the charts mean.
+const FOOTNOTES: [&str; 2] = [
+    "* air of its own, matched at equal aerosol optical depth   ° luminance alone, scored with the truth's \
+     chromaticity",
+    "8 %: share of the cases that it answers for, where that is not all; its error is taken over those \
+     alone",
+];
+
+/// One chart a regime, as HTML.
 ///
 /// # Errors
 /// When a chart cannot be drawn.
@@ -60,107 +161,29 @@ pub fn panels(rows: &[Row]) -> Result<Vec<String>> {
         .iter()
         .enumerate()
         .map(|(r, (regime, _))| {
-            let all: Vec<(&Row, [f64; 2])> = rows
-                .iter()
-                .filter_map(|row| Some((row, place(row, r)?)))
-                .collect();
-            let mut front: Vec<[f64; 2]> = all
-                .iter()
-                .filter(|(row, _)| row.on_front[r])
-                .map(|(_, p)| *p)
-                .collect();
-            front.sort_by(|a, b| a[0].total_cmp(&b[0]));
-            let dots = |ours: bool| -> Vec<[f64; 2]> {
-                all.iter()
-                    .filter(|(row, _)| row.model.name.starts_with("utm-sky") == ours)
-                    .map(|(_, p)| *p)
-                    .collect()
-            };
-            let notes = all
-                .iter()
-                .map(|(row, at)| {
-                    let e = row.errors[r].unwrap_or_default();
-                    let mut text = format!(" {}", row.model.name);
-                    if row.model.own_atmosphere() {
-                        text.push('*');
-                    }
-                    if row.model.luminance_only() {
-                        text.push('°');
-                    }
-                    if e.valid_share < 0.995 {
-                        write!(text, " ({:.0} % covered)", 100.0 * e.valid_share).ok();
-                    }
-                    if e.failures > 0.0 {
-                        write!(text, " fails {:.1} %", 100.0 * e.failures).ok();
-                    }
-                    Note { text, at: *at }
-                })
-                .collect();
-            Chart {
-                title: format!("{regime}: error over cost"),
-                x: Scale::logarithmic(
-                    "GPU [ns a pixel, 1920 x 1080]",
-                    all.iter().map(|(_, p)| p[0]),
-                    6.0,
-                ),
-                y: Scale::logarithmic(
-                    "ΔE2000, 95th percentile",
-                    all.iter().map(|(_, p)| p[1]),
-                    4.0,
-                ),
-                series: vec![
-                    Series::new("front", 2, front).stroked(Stroke::Dashed),
-                    Series::new("published", 1, dots(false)).stroked(Stroke::Dots),
-                    Series::new("ours", 0, dots(true)).stroked(Stroke::Dots),
-                ],
-                notes,
-                size: [560, 360],
-            }
-            .html()
-            .map_err(Into::into)
+            let title = format!("{regime}: error over cost");
+            Ok(chart(rows, r, &title, [720, 400]).html()?)
         })
         .collect()
 }
 
-/// The panels' drawings as one SVG file.
-pub fn sheet(panels: &[String]) -> String {
-    let mut out = String::new();
-    let (mut column, mut row) = (0, 0);
-    for (panel, (regime, _)) in panels.iter().zip(REGIMES) {
-        let drawing = panel
-            .find("<svg")
-            .and_then(|start| Some(&panel[start..panel.find("</svg>")? + 6]))
-            .unwrap_or_default();
-        let placed = drawing.replacen(
-            "<svg",
-            &format!(
-                "<svg x=\"{}\" y=\"{}\" width=\"560\" height=\"360\"",
-                column * 570,
-                row * 370
-            ),
-            1,
-        );
-        out.push_str(&placed);
-        out.push_str(&format!(
-            "<text x=\"{}\" y=\"{}\" font-family=\"sans-serif\" font-size=\"15\">{regime}</text>",
-            column * 570 + 300,
-            row * 370 + 18
-        ));
-        column += 1;
-        if column == 2 {
-            (column, row) = (0, row + 1);
-        }
-    }
-    let height = (row + column) * 370 + 30;
-    out.push_str(&format!(
-        "<text x=\"20\" y=\"{}\" font-family=\"sans-serif\" font-size=\"13\">* air of its own, matched at \
-         equal aerosol optical depth   ° luminance alone, scored with the truth's chromaticity</text>",
-        height - 10
-    ));
-    format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"1140\" height=\"{height}\" \
-         viewBox=\"0 0 1140 {height}\" color=\"#222\"><rect width=\"100%\" height=\"100%\" fill=\"white\"/>{out}</svg>\n"
-    )
+/// The most telling regimes as one SVG file.
+///
+/// # Errors
+/// When a chart cannot be drawn.
+pub fn sheet(rows: &[Row]) -> Result<String> {
+    let charts: Vec<(Chart, [u32; 2])> = SHEET
+        .iter()
+        .filter_map(|(name, title, size, place)| {
+            let regime = REGIMES.iter().position(|(known, _)| known == name)?;
+            Some((chart(rows, regime, title, *size), *place))
+        })
+        .collect();
+    let panels: Vec<_> = charts
+        .iter()
+        .map(|(chart, place)| (chart, *place))
+        .collect();
+    Ok(sky_plot::sheet::sheet(&panels, &FOOTNOTES)?)
 }
 
 /// A model beside the default tier, over all cases that it answers for.
@@ -288,7 +311,7 @@ pub fn html(rows: &[Row], panels: &[String], offline: &str, adapter: &str) -> St
         "ΔE p95",
         "luminance p95",
         "after one factor",
-        "RMSE [mW/m²/sr/nm]",
+        "RMSE [mW m⁻² sr⁻¹ nm⁻¹]",
         "CPU [ns]",
         "GPU 1080p [ns/px]",
         "GPU 2160p",
@@ -302,7 +325,7 @@ pub fn html(rows: &[Row], panels: &[String], offline: &str, adapter: &str) -> St
     let number = |v: Option<f64>, digits: usize| {
         v.map_or_else(|| "–".to_owned(), |v| format!("{v:.digits$}"))
     };
-    let mut body = String::new();
+    let mut body = format!("<p class=\"soft\">{}</p>\n", FOOTNOTES.join("<br>"));
     for (r, (regime, _)) in REGIMES.iter().enumerate() {
         let cells: Vec<Vec<String>> = rows
             .iter()
@@ -384,4 +407,80 @@ pub fn html(rows: &[Row], panels: &[String], offline: &str, adapter: &str) -> St
             },
         ],
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::chart::rows::{Costs, Errors, GpuCosts, mark_front};
+    use crate::models::all;
+
+    /// Rows of every model with costs and errors as they are measured, within a factor.
+    fn rows() -> Vec<Row> {
+        let figures = [
+            (30.9, 2.62, 1.0),
+            (14.3, 2.63, 1.0),
+            (13.2, 26.5, 1.0),
+            (104.0, 12.9, 1.0),
+            (190.0, 21.0, 0.67),
+            (6.78, 56.8, 0.11),
+            (10.7, 62.6, 0.08),
+            (19.3, 46.7, 0.08),
+            (24.2, 40.0, 0.11),
+            (15.9, 64.9, 0.11),
+            (20.2, 94.5, 0.8),
+            (2469.0, 41.4, 1.0),
+            (1131.0, 41.4, 1.0),
+            (558.0, 42.2, 1.0),
+            (16.3, 8.81, 1.0),
+        ];
+        let mut rows: Vec<Row> = all()
+            .into_iter()
+            .zip(figures)
+            .map(|(model, (ns, error, share))| Row {
+                model,
+                errors: vec![
+                    Some(Errors {
+                        valid_share: share,
+                        delta_e: [0.3 * error, error],
+                        ..Errors::default()
+                    });
+                    REGIMES.len()
+                ],
+                costs: Costs {
+                    gpu: GpuCosts {
+                        ns: [Some(ns), None],
+                        ratio: None,
+                    },
+                    ..Costs::default()
+                },
+                on_front: vec![false; REGIMES.len()],
+            })
+            .collect();
+        mark_front(&mut rows);
+        rows
+    }
+
+    #[test]
+    fn d_the_sheet_has_few_panels_and_one_legend() {
+        let rows = rows();
+        let svg = sheet(&rows).unwrap();
+        // as wide as a page shows it, so that its words are as large as they are drawn
+        assert!(svg.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"900\""));
+        for (_, title, ..) in SHEET {
+            assert_eq!(
+                svg.matches(title).count(),
+                2,
+                "{title}: as title and as label"
+            );
+        }
+        assert_eq!(svg.matches(">published</text>").count(), 1);
+        for row in &rows {
+            assert!(
+                svg.matches(&word(row, 0)).count() >= SHEET.len(),
+                "{}",
+                row.model.name
+            );
+        }
+    }
 }

@@ -2,6 +2,7 @@
 
 use anyhow::Result;
 use sky_core::conditions::Conditions;
+use sky_core::direction::horizon_zenith;
 
 use super::input::{CellReport, ReportInput};
 use super::long_table::LongTable;
@@ -151,15 +152,36 @@ fn reason(cell: &CellReport) -> String {
             out.push(format!("{}: {}", channel.channel, channel.note));
         }
     }
-    let (sun, altitude) = (sun_deg(&cell.conditions), altitude_km(&cell.conditions));
-    if sun >= 86.0 {
-        out.push("low sun: the gradation depends on azimuth, which a product cannot carry".into());
-    } else if altitude < 4.0 && cell.conditions.turbidity > 1.2 {
-        out.push("haze: two layers and an aureole that one exponential does not follow".into());
-    } else if out.is_empty() {
+    out.extend(circumstances(&cell.conditions));
+    if out.is_empty() {
         out.push("the formula's own limit".into());
     }
     out.join("; ")
+}
+
+/// What is known to be hard about a place. Circumstances, not proof: the fits do not say which counts.
+fn circumstances(c: &Conditions) -> Vec<String> {
+    let (sun, altitude, turbidity) = (sun_deg(c), altitude_km(c), turbidity(c));
+    let depression = sun - horizon_zenith(c.observer_altitude).degrees();
+    let mut out = Vec::new();
+    if depression > 0.0 {
+        out.push(format!(
+            "sun {depression:.1}° below the horizon: the Earth's shadow cuts the sky"
+        ));
+    } else if sun >= 86.0 {
+        out.push(format!(
+            "sun {:.1}° above the horizon: the gradation depends on azimuth",
+            -depression
+        ));
+    }
+    if altitude >= 10.0 {
+        out.push("aloft: the haze is a thin band at the horizon below a nearly black sky".into());
+    } else if altitude >= 1.0 && turbidity > 1.2 {
+        out.push("within the haze's upper part: half of it above, half below".into());
+    } else if turbidity >= 4.0 {
+        out.push("thick haze: a wide aureole that one exponential does not follow".into());
+    }
+    out
 }
 
 pub(super) fn worst(input: &ReportInput<'_>, csv: &mut LongTable) -> Section {
@@ -211,7 +233,7 @@ pub(super) fn worst(input: &ReportInput<'_>, csv: &mut LongTable) -> Section {
         "residual RMS",
         "condition",
         "stopped",
-        "reason",
+        "what is hard there",
     ];
     let body = if rows.is_empty() {
         "<p class=\"soft\">The table says nothing about the fits at its nodes.</p>\n".to_owned()
@@ -222,5 +244,36 @@ pub(super) fn worst(input: &ReportInput<'_>, csv: &mut LongTable) -> Section {
         id: "worst",
         title: "The ten worst cells",
         body,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cases::conditions;
+
+    #[test]
+    fn d_the_worst_cells_are_told_apart() {
+        let words = [
+            (0.0, 2.0, 60.0),
+            (0.0, 6.0, 60.0),
+            (0.0, 2.0, 88.0),
+            (0.0, 2.0, 93.0),
+            (2.0, 2.0, 88.0),
+            (20.0, 2.0, 93.0),
+            (20.0, 2.0, 96.0),
+        ]
+        .map(|(altitude, turbidity, sun)| {
+            circumstances(&conditions(altitude, turbidity, sun)).join("; ")
+        });
+        for (i, word) in words.iter().enumerate() {
+            assert!(!words[..i].contains(word), "{i}: {word}");
+        }
+        assert!(words[0].is_empty(), "nothing is hard by day in clear air");
+        assert!(
+            words[3].starts_with("sun 3.0° below the horizon"),
+            "{}",
+            words[3]
+        );
     }
 }

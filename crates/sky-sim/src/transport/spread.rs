@@ -212,4 +212,16 @@ mod tests {
             assert!((f / t - 1.0).abs() < 2e-3, "{f} {t}");
         }
     }
+
+    /// Why maps every 20 nm cost no less than maps every 10 nm, as `utm-sky chart` finds.
+    #[test]
+    fn d_every_20_nm_is_no_cheaper_than_every_10_nm() {
+        let solved = |step_nm: u16| {
+            let settings = crate::optics::OpticsSettings::with_step_nm(step_nm).unwrap();
+            let profile = crate::profile::AtmosphereProfile::general();
+            let optics = OpticalProfile::build(&profile, &settings).unwrap();
+            Spread::new(&optics).solved.len()
+        };
+        assert_eq!([solved(20), solved(10)], [21, 16]);
+    }
 }
