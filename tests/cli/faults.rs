@@ -255,7 +255,7 @@ fn c_shipped_names_are_listed() {
             count += 1;
         }
     }
-    assert_eq!(count, sky_cli::io::plan::SCENES.len());
+    assert_eq!(count, sky_profiles::SCENES.len());
 }
 
 #[test]

@@ -17,7 +17,7 @@ use sky_plan::{plan_scene, verified};
 use crate::args::{LutSource, lut_source};
 use crate::io::files::{EXIT_NOT_MET, OutputFile, is_standard_output, print};
 use crate::io::lut::load;
-use crate::io::plan::{SCENES, load_plan, load_scene};
+use crate::io::plan::{load_plan, load_scene};
 use crate::io::profile::load_profile;
 use crate::io::progress::Bars;
 
@@ -35,7 +35,10 @@ fn part() -> impl TypedValueParser<Value = Part> {
 
 /// Help of the scene, with the names of the shipped ones.
 fn scene_help() -> String {
-    let names: Vec<&str> = SCENES.iter().map(|[name, _]| *name).collect();
+    let names: Vec<&str> = sky_profiles::SCENES
+        .iter()
+        .map(|scene| scene.name)
+        .collect();
     format!(
         "The scene, ranges, tolerance and budget: a TOML file (see profiles/scenes/README.md) or the name \
          of a shipped one ({})",
