@@ -141,19 +141,19 @@ fn at_the_nodes(sky: &UtmSky) -> Vec<(f64, [Statistics; 2])> {
 }
 
 /// 95th percentiles of CIEDE2000 and of luminance at the nodes, by sun \[deg\].
-const AT_THE_NODES: [(f64, [f64; 2]); 4] = [
+const AT_THE_NODES: [(f64, [f64; 2]); 5] = [
     (88.8, [2.4, 0.065]),
     (90.5, [3.7, 0.078]),
     (92.0, [5.9, 0.115]),
     (94.0, [7.9, 0.175]),
+    (96.0, [8.5, 0.21]),
 ];
 
 #[test]
-fn at_every_node_the_table_meets_the_map_of_that_node() {
+fn a5_at_every_node_the_table_meets_the_map_of_that_node() {
     for (sun, [color, luminance]) in at_the_nodes(&embedded()) {
         let limit = AT_THE_NODES.iter().find(|(to, _)| sun <= to + 1e-9);
-        // the maps of the last sun were not fitted
-        let Some((_, limits)) = limit else { continue };
+        let (_, limits) = limit.expect("the last sun has a limit too");
         assert!(color.p95 < limits[0], "sun {sun}: {color:?}");
         assert!(luminance.p95 < limits[1], "sun {sun}: {luminance:?}");
     }
@@ -242,8 +242,8 @@ fn glow(seed: &str, above_deg: [f64; 2]) -> Vec<(Conditions, Vec<SkyDirection>)>
 #[test]
 fn the_glow_of_a_sun_below_the_horizon_is_as_bright_as_it_should() {
     let errors = errors_of(&luminance_ratios(&glow("glow", [1.0, 5.0])));
-    assert!(errors.median < 0.045 && errors.p95 < 0.155, "{errors:?}");
-    assert!(errors.max < 0.415, "{errors:?}");
+    assert!(errors.median < 0.05 && errors.p95 < 0.155, "{errors:?}");
+    assert!(errors.max < 0.295, "{errors:?}");
 }
 
 /// In the last half degree the Earth's shadow cuts the glow.

@@ -1,7 +1,7 @@
 //! An axis of a table: from a value to its place between nodes, and back.
 //!
 //! This is the one place where values become places in a table. Outside its first and last node an
-//! axis has no cell.
+//! axis has no cell; the rounding of a unit's conversion leaves a node's own value at the node.
 
 use serde::{Deserialize, Serialize};
 
@@ -58,6 +58,10 @@ pub enum AxisError {
         found: f64,
     },
 }
+
+/// How far beyond an end a value may lie, as a share of the larger end or 1: degrees that became
+/// radians and degrees again are off by 2e-16.
+const ROUNDING: f64 = 1e-12;
 
 impl Axis {
     /// From the name of a unit and ascending node values in it.
@@ -124,9 +128,11 @@ impl Axis {
     #[must_use]
     pub fn cell_from_value(&self, value: f64) -> Option<Cell> {
         let [first, last] = self.bounds();
-        if !(value >= first && value <= last) {
+        let slack = ROUNDING * first.abs().max(last.abs()).max(1.0);
+        if !(value >= first - slack && value <= last + slack) {
             return None;
         }
+        let value = value.clamp(first, last);
         if self.nodes.len() == 1 {
             return Some(Cell {
                 lower: 0,
@@ -186,6 +192,7 @@ impl TryFrom<UncheckedAxis> for Axis {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::quantity::Angle;
 
     /// Uneven nodes: dense below, like the altitudes of a sky.
     fn uneven(count: u32) -> Axis {
@@ -193,6 +200,24 @@ mod tests {
             .map(|i| 30.0 * (f64::from(i) / f64::from(count - 1)).powi(2) - 1.0)
             .collect();
         Axis::new("km", nodes).unwrap()
+    }
+
+    #[test]
+    fn a5_a_node_that_was_converted_is_still_on_its_axis() {
+        // 96 degrees come back from radians as 96.00000000000001
+        let axis = Axis::new("deg", vec![0.0, 52.0, 86.7, 96.0]).unwrap();
+        let cells = [(0, 0.0), (1, 0.0), (2, 0.0), (2, 1.0)];
+        for (node, (lower, fraction)) in axis.nodes().iter().zip(cells) {
+            let back = Angle::from_degrees(*node).degrees();
+            let found = axis.value_from_cell(axis.cell_from_value(back).unwrap());
+            let want = axis.value_from_cell(Cell { lower, fraction });
+            assert!(
+                (found.unwrap() - want.unwrap()).abs() < 1e-12,
+                "{node}: {found:?}"
+            );
+        }
+        let back = Angle::from_degrees(96.0).degrees();
+        assert!(back > 96.0, "the case that was lost: {back}");
     }
 
     #[test]

@@ -54,7 +54,8 @@ impl Grid {
     }
 
     /// The default grid of the extended form: altitudes and turbidities where the haze is, suns near
-    /// the horizon. Nodes were placed by the error between them, in at most 128 KiB.
+    /// the horizon. Nodes were placed by the error between them and by how far the table bends at them,
+    /// in at most 128 KiB.
     ///
     /// The second turbidity is where the stratospheric layer is complete and haze begins.
     ///
@@ -66,7 +67,7 @@ impl Grid {
             altitude_km: Axis::new(
                 "km",
                 vec![
-                    0.0, 0.45, 1.1, 2.0, 3.1, 4.2, 5.7, 7.6, 10.0, 13.5, 19.0, 24.5, 30.0,
+                    0.0, 0.45, 1.15, 2.2, 3.1, 4.0, 5.6, 7.6, 10.0, 13.5, 19.0, 24.5, 30.0,
                 ],
             )?,
             turbidity: Axis::new("1", vec![1.0, haze_begins, 1.3, 2.0, 4.0, 8.0])?,
@@ -230,14 +231,32 @@ pub enum SweepError {
         /// Why the solver stopped.
         why: crate::solve::StopReason,
     },
-    /// The linear system of a turbidity has no solution.
+    /// The linear fit of a turbidity has no solution.
     #[error("turbidity {turbidity}: {source}")]
-    Singular {
+    Linear {
         /// Turbidity.
         turbidity: f64,
         /// What went wrong.
-        source: NotPositive,
+        source: LinearFitError,
     },
+}
+
+/// Why maps give no table.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum LinearFitError {
+    /// A map that lies on no cell of the table: its light would be dropped.
+    #[error("{quantity}: expected maps within {} to {}, found one at {found}", expected[0], expected[1])]
+    Outside {
+        /// The quantity, with its unit.
+        quantity: &'static str,
+        /// First and last node.
+        expected: [f64; 2],
+        /// The map's value.
+        found: f64,
+    },
+    /// The maps do not determine the values.
+    #[error(transparent)]
+    Singular(#[from] NotPositive),
 }
 
 /// Directions that a table is fitted to at an altitude: denser towards the horizon and the sun's
@@ -463,7 +482,7 @@ fn sweep_extended(
         maps.extend(computed);
         let all: [usize; K] = core::array::from_fn(|k| k);
         let solution = fit_turbidity(&equations, altitudes, suns, &all).map_err(|source| {
-            SweepError::Singular {
+            SweepError::Linear {
                 turbidity: *turbidity,
                 source,
             }
@@ -495,23 +514,23 @@ fn sweep_extended(
 /// `terms` are the places of the products in use.
 ///
 /// # Errors
-/// When the maps do not determine the values.
+/// When a map lies outside the axes, or the maps do not determine the values.
 pub fn fit_turbidity(
     maps: &[MapEquations],
     altitudes: &Axis,
     suns: &Axis,
     terms: &[usize],
-) -> Result<Vec<f64>, NotPositive> {
+) -> Result<Vec<f64>, LinearFitError> {
     let (na, ns, k) = (altitudes.len(), suns.len(), terms.len());
     // unknowns: sun, then altitude, then term: neighbors lie close together
     let mut system = BandedSystem::new(ns * na * k, (na + 2) * k);
     let mut block = vec![0.0; k * k];
     for map in maps {
-        let corners: Vec<(usize, f64)> = corners_of(suns, map.sun_zenith_deg)
+        let altitude = corners_of("altitude [km]", altitudes, map.altitude_km)?;
+        let sun = corners_of("sun zenith [deg]", suns, map.sun_zenith_deg)?;
+        let corners: Vec<(usize, f64)> = sun
             .into_iter()
-            .flat_map(|(s, ws)| {
-                corners_of(altitudes, map.altitude_km).map(move |(a, wa)| (s * na + a, ws * wa))
-            })
+            .flat_map(|(s, ws)| altitude.map(move |(a, wa)| (s * na + a, ws * wa)))
             .filter(|(_, w)| *w > 0.0)
             .collect();
         for (row, i) in block.chunks_exact_mut(k).zip(terms) {
@@ -544,13 +563,23 @@ pub fn fit_turbidity(
 }
 
 /// The nodes around a value and their weights; an axis of one node has it for every value.
-fn corners_of(axis: &Axis, value: f64) -> [(usize, f64); 2] {
+fn corners_of(
+    quantity: &'static str,
+    axis: &Axis,
+    found: f64,
+) -> Result<[(usize, f64); 2], LinearFitError> {
     if axis.len() == 1 {
-        return [(0, 1.0), (0, 0.0)];
+        return Ok([(0, 1.0), (0, 0.0)]);
     }
-    axis.cell_from_value(value).map_or([(0, 0.0); 2], |c| {
-        [(c.lower, 1.0 - c.fraction), (c.lower + 1, c.fraction)]
-    })
+    let cell = axis.cell_from_value(found).ok_or(LinearFitError::Outside {
+        quantity,
+        expected: axis.bounds(),
+        found,
+    })?;
+    Ok([
+        (cell.lower, 1.0 - cell.fraction),
+        (cell.lower + 1, cell.fraction),
+    ])
 }
 
 impl MapEquations {
@@ -606,4 +635,113 @@ fn basis_in(direction: &SkyDirection, conditions: &Conditions) -> [f64; extended
         single(direction.cos_scattering_angle(conditions.sun_zenith)),
     )
     .map(f64::from)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the made-up sky has for the products: bent over altitude and sun, so that no node follows
+    /// from its neighbors.
+    fn coefficients(altitude_km: f64, sun_zenith_deg: f64) -> [[f64; 3]; extended::TERMS] {
+        let (h, s) = (altitude_km / 30.0, sun_zenith_deg / 96.0);
+        core::array::from_fn(|k| match k {
+            0 => [5.0 - 3.0 * h * h + (4.0 * s).cos(), 0.3 + 0.02 * h, 0.32],
+            1 => [0.7 * s * s, 0.01 * s, 0.0],
+            2 => [1.0 - h * s, 0.0, 0.01 * h],
+            _ => [0.0; 3],
+        })
+    }
+
+    /// A map of that sky.
+    fn map(altitude_km: f64, sun_zenith_deg: f64) -> SkyMap {
+        let conditions = Conditions {
+            observer_altitude: Length::from_km(altitude_km),
+            turbidity: 2.0,
+            sun_zenith: Angle::from_degrees(sun_zenith_deg),
+        };
+        let directions = fit_directions(conditions.observer_altitude);
+        let all = coefficients(altitude_km, sun_zenith_deg);
+        let sky = directions
+            .iter()
+            .map(|d| {
+                let basis = basis_in(d, &conditions);
+                let [ln_luminance, x, y] = core::array::from_fn(|c| {
+                    basis.iter().zip(&all).map(|(b, k)| b * k[c]).sum::<f64>()
+                });
+                Yxy {
+                    luminance_cd_m2: ln_luminance.exp(),
+                    x,
+                    y,
+                }
+            })
+            .collect();
+        SkyMap {
+            conditions,
+            directions,
+            sky,
+        }
+    }
+
+    /// The largest error of ln Y, x and y that a fitted node has on a map of its own.
+    fn error(values: &[f64], map: &SkyMap) -> f64 {
+        let mut worst: f64 = 0.0;
+        for (d, light) in map.directions.iter().zip(&map.sky) {
+            let basis = basis_in(d, &map.conditions);
+            let want = [light.luminance_cd_m2.ln(), light.x, light.y];
+            for (values, want) in values.chunks_exact(extended::TERMS).zip(want) {
+                let found: f64 = basis.iter().zip(values).map(|(b, v)| b * v).sum();
+                worst = worst.max((found - want).abs());
+            }
+        }
+        worst
+    }
+
+    #[test]
+    fn a5_every_node_of_a_table_meets_its_own_map_the_ends_too() {
+        let grid = Grid::extended().unwrap();
+        let (altitudes, suns) = (&grid.altitude_km, &grid.sun_zenith_deg);
+        let places: Vec<(f64, f64)> = altitudes
+            .nodes()
+            .iter()
+            .flat_map(|h| suns.nodes().iter().map(move |s| (*h, *s)))
+            .collect();
+        let maps: Vec<SkyMap> = places.iter().map(|(h, s)| map(*h, *s)).collect();
+        let equations: Vec<MapEquations> = maps.iter().map(|m| MapEquations::of(m, 1.0)).collect();
+        let all: [usize; extended::TERMS] = core::array::from_fn(|k| k);
+        let values = fit_turbidity(&equations, altitudes, suns, &all).unwrap();
+        for ((place, map), values) in places
+            .iter()
+            .zip(&maps)
+            .zip(values.chunks_exact(3 * extended::TERMS))
+        {
+            let error = error(values, map);
+            assert!(error < 1e-3, "{place:?}: {error}");
+        }
+    }
+
+    #[test]
+    fn a5_a_map_outside_the_table_is_an_error() {
+        let axis = |nodes: &[f64]| Axis::new("1", nodes.to_vec()).unwrap();
+        let all: [usize; extended::TERMS] = core::array::from_fn(|k| k);
+        let fit = |altitude_km, sun_zenith_deg| {
+            let equations = [MapEquations::of(&map(altitude_km, sun_zenith_deg), 1.0)];
+            fit_turbidity(&equations, &axis(&[0.0, 10.0]), &axis(&[0.0, 90.0]), &all).err()
+        };
+        assert_eq!(fit(10.0, 90.0), None);
+        assert!(matches!(
+            fit(10.0, 90.1),
+            Some(LinearFitError::Outside {
+                quantity: "sun zenith [deg]",
+                ..
+            })
+        ));
+        assert!(matches!(
+            fit(10.1, 90.0),
+            Some(LinearFitError::Outside {
+                quantity: "altitude [km]",
+                ..
+            })
+        ));
+    }
 }
