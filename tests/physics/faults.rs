@@ -125,7 +125,7 @@ fn b2_a_spectrum_beside_the_visible_has_no_color() -> Outcome {
         }
     }
     assert!(
-        ColorWeights::for_radiance_ratio(&uniform_wavelengths(400.0, 700.0, 10.0)?, &sun).is_ok()
+        ColorWeights::for_radiance_ratio(&uniform_wavelengths(405.0, 695.0, 10.0)?, &sun).is_ok()
     );
     Ok(())
 }

@@ -218,7 +218,11 @@ fn the_transport_sky_answers_in_its_domain_and_keeps_what_it_solved() {
     let truth = coarse_truth(&profile);
     let zenith = [SkyDirection::from_degrees(0.0, 0.0)];
     assert!(truth.yxy_map(&conditions(0.0, 0.9, 30.0), &zenith).is_err());
-    assert!(truth.yxy_map(&conditions(0.0, 2.0, 97.0), &zenith).is_err());
+    assert!(
+        truth
+            .yxy_map(&conditions(0.0, 2.0, 109.0), &zenith)
+            .is_err()
+    );
     let day = truth.yxy_map(&conditions(0.0, 2.0, 60.0), &zenith).unwrap()[0];
     let aloft = truth
         .yxy_map(&conditions(12.0, 2.0, 60.0), &zenith)

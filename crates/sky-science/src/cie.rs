@@ -69,7 +69,7 @@ pub struct ColorWeights {
 
 /// What wavelengths must cover to have a color \[nm\]: beyond it lies less than 1 % of each color
 /// matching function's sum.
-pub const VISIBLE_NM: [f64; 2] = [400.0, 700.0];
+pub const VISIBLE_NM: [f64; 2] = [405.0, 695.0];
 
 /// Checks wavelengths, and that they cover the visible; returns their range \[nm\].
 fn visible(wavelength_nm: &[f64]) -> Result<[f64; 2], SpectrumError> {
